@@ -1,0 +1,100 @@
+"""The C++ core. Every function releases the GIL; arrays of another type are converted, images never are."""
+
+from typing import Final, Optional, Sequence, Tuple, Union, overload
+
+import numpy as np
+import numpy.typing as npt
+
+_Floats = Union[npt.NDArray[np.float64], Sequence[Sequence[float]]]
+_Vector = Union[npt.NDArray[np.float64], Sequence[float]]
+_Boxes = Union[npt.NDArray[np.int32], Sequence[Sequence[int]]]
+
+VISIBLE: Final[int]
+"""Mark of a point in front of the camera; its pixel may still lie outside the image."""
+BEHIND: Final[int]
+"""Mark of a point on or behind the camera's plane."""
+BEYOND: Final[int]
+"""Mark of a point so far off axis that the distortion folds back."""
+
+def dbscan(points: _Floats, eps: float, min_points: int) -> npt.NDArray[np.int32]:
+    """DBSCAN of points [n, 2], in any unit; the labels int32[n] are scikit-learn's, noise is -1.
+
+    A point is a core point when at least `min_points` points, itself included, lie within `eps`.
+    Source: Ester et al., "A density-based algorithm for discovering clusters", KDD 1996.
+
+    Raises ValueError for a coordinate that is not finite, eps <= 0 or min_points < 1.
+    """
+
+class Camera:
+    """OpenCV's camera: pinhole with radial, tangential, thin prism and tilt distortion."""
+
+    def __init__(self, K: _Floats, distortion: Sequence[float] = ...) -> None:
+        """K [3, 3] in pixels; 0, 4, 5, 8, 12 or 14 coefficients in OpenCV's order. Raises ValueError."""
+    @property
+    def max_radius(self) -> float:
+        """Tangent of the angle off axis up to which the distorted radius grows; may be inf."""
+
+@overload
+def project(
+    points: _Floats, camera: Camera, T_camera_laser: _Floats
+) -> Tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8]]:
+    """Pixels [n, 2] and marks [n] of points [n, 3] of the laser's frame [m]: eq. (1), p ~ K R [I | -t] P.
+
+    T_camera_laser [4, 4] maps laser coordinates into camera coordinates (z forward, x right, y down).
+    A point that is not VISIBLE has the pixel (NaN, NaN).
+    """
+
+@overload
+def project(
+    points: _Floats, K: _Floats, distortion: Sequence[float], T_camera_laser: _Floats
+) -> Tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8]]: ...
+def project_paper(points: _Floats, K: _Floats, width: int, height: int) -> npt.NDArray[np.float64]:
+    """Pixels [n, 2] by the paper's eqs. (2) and (3), from points [n, 3] in robot axes about the camera [m].
+
+    Mirrors the principal point: equals `project` only for cx = width / 2 and cy = height / 2, without distortion.
+    NaN where X <= 0.
+    """
+
+def candidate_boxes(
+    ranges_m: _Vector,
+    angles_rad: _Vector,
+    step_rad: float,
+    camera: Camera,
+    T_camera_laser: _Floats,
+    to_ground: _Vector,
+    width: int,
+    height: int,
+    heights: Sequence[float],
+    heights_are_metric: bool = ...,
+    width_step: float = ...,
+    on_ground: bool = ...,
+    min_visible: float = ...,
+) -> Tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """Candidate boxes int32[k, 4] of one cluster's beams, and the index int32[k] of the height each came from.
+
+    A box is as wide as the beams, each taken half a step wider on either side (box i: 1 + i * width_step times
+    that); its bottom edge is on the ground under the nearest beam (`to_ground`: from a laser point straight down,
+    laser frame [m]) or on the scan line; its height is heights[i] metres, or heights[i] times its width in pixels.
+    Clipped to the image; dropped where less than `min_visible` of its area would remain.
+    """
+
+def crops(
+    image: npt.NDArray[np.uint8],
+    boxes: _Boxes,
+    size: int,
+    mean: Sequence[float],
+    std: Sequence[float],
+    fit: str = ...,
+    filter: str = ...,
+    crop_fraction: float = ...,
+    out: Optional[npt.NDArray[np.float32]] = ...,
+) -> npt.NDArray[np.float32]:
+    """Boxes [n, 4] of a BGR image [h, w, 3] as RGB float32[n, 3, size, size], (value / 255 - mean) / std.
+
+    fit: "squash" (the paper), "letterbox", "square-context" (the square around the box) or "shorter-side+centre"
+    (shorter side to size / crop_fraction, then the centre, as torchvision does).
+    filter: "antialias" (Pillow's BILINEAR, what torchvision does) or "linear" (OpenCV's INTER_LINEAR).
+    out: a buffer to write into, returned.
+
+    Raises ValueError for an empty box, one outside the image, an image that is not uint8 BGR, a wrong `out`.
+    """

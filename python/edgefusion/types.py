@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The few data types that everything exchanges. Frozen; arrays are read-only.
+
+Stamps are nanoseconds of the monotonic clock of the robot's computer. Frames as in ROS REP 103/105: `odom`,
+`base_link` and `laser` (x forward, y left, z up), `camera_optical` (z forward, x right, y down). Angles in
+radians, counter-clockwise positive.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+Box = Tuple[int, int, int, int]
+"""(x0, y0, x1, y1) in pixels, x1 and y1 exclusive, always inside the image."""
+
+UNKNOWN = "unknown"
+"""The label of an object that the classifier cannot name."""
+
+
+def read_only(array: npt.NDArray) -> npt.NDArray:
+    """A read-only view of an array."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One sweep of the laser, in its own frame.
+
+    stamp_ns: when the middle beam was measured. ranges_m: float32[n]; +inf = free up to range_max_m, -inf = an
+    obstacle nearer than range_min_m, NaN = unknown (REP 117). beam_dt_ns: per-beam offsets from stamp_ns, or None.
+    """
+
+    stamp_ns: int
+    ranges_m: npt.NDArray[np.float32]
+    angle_min: float
+    angle_increment: float
+    range_min_m: float = 0.0
+    range_max_m: float = math.inf
+    beam_dt_ns: npt.NDArray[np.int64] | None = None
+
+    def __post_init__(self) -> None:
+        ranges_m = np.asarray(self.ranges_m, np.float32)
+        if ranges_m.ndim != 1:
+            raise ValueError(f"ranges_m: expected shape [n], got {list(ranges_m.shape)}")
+        object.__setattr__(self, "ranges_m", read_only(ranges_m))
+        if self.beam_dt_ns is not None:
+            object.__setattr__(self, "beam_dt_ns", read_only(np.asarray(self.beam_dt_ns, np.int64)))
+
+    @property
+    def angles(self) -> npt.NDArray[np.float64]:
+        """Direction of every beam, float64[n]."""
+        return self.angle_min + self.angle_increment * np.arange(len(self.ranges_m))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One image of the camera, BGR uint8 [height, width, 3], stamped when it was captured."""
+
+    stamp_ns: int
+    image: npt.NDArray[np.uint8]
+
+    def __post_init__(self) -> None:
+        if self.image.dtype != np.uint8 or self.image.ndim != 3 or self.image.shape[2] != 3:
+            raise ValueError(
+                f"image: expected uint8 [height, width, 3], got {self.image.dtype} {list(self.image.shape)}"
+            )
+        object.__setattr__(self, "image", read_only(self.image))
+
+
+@dataclass(frozen=True)
+class Pose2D:
+    """A pose, or a motion, in the plane."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    theta: float = 0.0
+
+    def matrix(self) -> npt.NDArray[np.float64]:
+        """The transform [4, 4] that maps coordinates of this pose's frame into its parent's."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return np.array([[c, -s, 0, self.x_m], [s, c, 0, self.y_m], [0, 0, 1, 0], [0, 0, 0, 1]], float)
+
+
+STILL = Pose2D()
+"""The motion of a robot that stood still, or whose odometry is unknown."""
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Neighbouring beams that hit one thing. indices: int64[m] into the scan, rising."""
+
+    indices: npt.NDArray[np.int64]
+    range_m: float
+    bearing: float
+    width_m: float
+
+
+@dataclass(frozen=True)
+class ClassScore:
+    """One class of the classifier and the probability or score it got."""
+
+    class_index: int
+    label: str
+    score: float
+
+
+@dataclass(frozen=True)
+class Vote:
+    """The vote over the candidate boxes of one object, as published.
+
+    ranking: every class in some box's top 5, best first. box_index: the box that gave the winner its highest
+    probability. margin: lead of the winner over the second. top5: the best five of each box.
+    """
+
+    ranking: tuple[ClassScore, ...]
+    box_index: int
+    margin: float
+    top5: tuple[tuple[ClassScore, ...], ...]
+
+    @property
+    def winner(self) -> ClassScore:
+        return self.ranking[0]
+
+
+@dataclass(frozen=True)
+class Detection:
+    """One object: what it is, where it is in the image and how far away.
+
+    stamp_ns: the frame's capture. label: UNKNOWN where the vote was too weak; group: the label's group or "".
+    distance_m: range from the laser's origin to the object's nearest surface, with its 1-sigma; bearing in the
+    laser's frame; position_m: that nearest point in base_link (x, y). All three at stamp_ns.
+    scan_frame_dt_ns: the frame's stamp minus the scan's; motion: the robot's motion in between, motion_px what it
+    moved the object by in the image. boxes: every candidate box, in the order of vote.top5.
+    """
+
+    stamp_ns: int
+    class_index: int
+    label: str
+    group: str
+    score: float
+    margin: float
+    box: Box
+    distance_m: float
+    distance_sigma_m: float
+    bearing: float
+    position_m: tuple[float, float]
+    vote: Vote
+    boxes: tuple[Box, ...]
+    scan_frame_dt_ns: int
+    motion: Pose2D = field(default=STILL)
+    motion_px: float = 0.0
