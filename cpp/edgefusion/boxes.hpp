@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "edgefusion/box.hpp"
-#include "edgefusion/projection.hpp"
+#include "edgefusion/camera.hpp"
 
 namespace edgefusion {
 
@@ -22,8 +22,8 @@ struct Beams {
 
 /// Which boxes to propose for a cluster of known pixel width and unknown height.
 struct BoxRule {
-  std::vector<double> heights;  ///< see heights_are_metric
-  bool heights_are_metric;      ///< true: metres above the ground; false: pixel height / pixel width of the box
+  std::vector<double> heights;  ///< above 0, see heights_are_metric
+  bool heights_are_metric;      ///< true: metres above the bottom edge; false: pixel height / pixel width of the box
   double width_step;            ///< box k is 1 + k * width_step times as wide as the cluster (paper: 0 or a little)
   bool on_ground;               ///< bottom edge on the ground under the nearest beam, or on the scan line
   double min_visible;           ///< share of a box's area that must be inside the image, in (0, 1]
