@@ -16,6 +16,7 @@
 #include "edgefusion/boxes.hpp"
 #include "edgefusion/crops.hpp"
 #include "edgefusion/dbscan.hpp"
+#include "edgefusion/nearest_range.hpp"
 #include "edgefusion/projection.hpp"
 
 namespace py = pybind11;
@@ -147,6 +148,20 @@ py::tuple py_candidate_boxes(const Array<double>& ranges_m, const Array<double>&
   return py::make_tuple(out, out_indices);
 }
 
+py::tuple py_nearest_range(const Array<double>& ranges_m, double sigma_m) {
+  expect_shape("ranges_m", ranges_m, -1, -1);
+  if (ranges_m.shape(0) == 0) throw std::invalid_argument("ranges_m: expected at least one range, got none");
+  if (!(sigma_m > 0.0)) throw std::invalid_argument("sigma_m: expected above 0, got " + std::to_string(sigma_m));
+  const double* ranges = ranges_m.data();
+  const auto n = static_cast<std::size_t>(ranges_m.shape(0));
+  NearestRange nearest{};
+  {
+    py::gil_scoped_release release;
+    nearest = nearest_range(ranges, n, sigma_m);
+  }
+  return py::make_tuple(nearest.range_m, nearest.sigma_m, nearest.index);
+}
+
 py::array_t<float> crop_buffer(const std::optional<py::array>& out, py::ssize_t n, py::ssize_t size) {
   const std::array<py::ssize_t, 4> shape{n, 3, size, size};
   if (!out) return py::array_t<float>(shape);
@@ -209,6 +224,8 @@ PYBIND11_MODULE(_core, m) {
         py::arg("camera"), py::arg("T_camera_laser"), py::arg("to_ground"), py::arg("width"), py::arg("height"),
         py::arg("heights"), py::arg("heights_are_metric") = false, py::arg("width_step") = 0.0,
         py::arg("on_ground") = true, py::arg("min_visible") = 0.25);
+
+  m.def("nearest_range", &py_nearest_range, py::arg("ranges_m"), py::arg("sigma_m"));
 
   m.def("crops", &py_crops, py::arg("image"), py::arg("boxes"), py::arg("size"), py::arg("mean"), py::arg("std"),
         py::arg("fit") = "squash", py::arg("filter") = "antialias", py::arg("crop_fraction") = 1.0,

@@ -78,6 +78,13 @@ def candidate_boxes(
     Clipped to the image; dropped where less than `min_visible` of its area would remain.
     """
 
+def nearest_range(ranges_m: _Vector, sigma_m: float) -> Tuple[float, float, int]:
+    """Range [m] of the nearest surface behind the ranges of neighbouring beams, its sigma [m], the nearest beam.
+
+    The paper's min(r), corrected for the bias of a minimum over beams of noise `sigma_m` and for what lies between
+    the beams. Raises ValueError for no ranges or sigma_m <= 0.
+    """
+
 def crops(
     image: npt.NDArray[np.uint8],
     boxes: _Boxes,

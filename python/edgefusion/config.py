@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The strict TOML configuration: an unknown key, a wrong type or an impossible value is refused with one line."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any, List, Literal, Type, TypeVar
+
+import msgspec
+
+from edgefusion.errors import RefusedError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+if sys.version_info >= (3, 9):
+    from typing import Annotated
+else:
+    from typing_extensions import Annotated
+
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
+Count = Annotated[int, msgspec.Meta(ge=1)]
+T = TypeVar("T")
+
+
+class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How the detector clusters, boxes, votes and measures. The defaults suit a 0.5 degree laser on a robot."""
+
+    # DBSCAN: on {X, Y}, or on the paper's {Y, r}, which is singular at the sides.
+    features: Literal["xy", "yr"] = "xy"
+    eps_m: Positive = 0.3
+    min_points: Count = 3
+    # Wider clusters are walls: background, never named.
+    max_object_width_m: Positive = 3.0
+    # The nearest clusters that project into the image; the paper takes 1.
+    objects: Count = 8
+
+    # Candidate boxes: heights as pixel height / pixel width, or in metres above the bottom edge.
+    heights: Annotated[List[Positive], msgspec.Meta(min_length=1)] = [0.6, 1.0, 1.6]
+    heights_in: Literal["widths", "metres"] = "widths"
+    # Box k is 1 + k * width_step times as wide as the cluster.
+    width_step: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    bottom: Literal["ground", "scan"] = "ground"
+    # A box of which less than this share of its area lies in the image is dropped.
+    min_visible: Annotated[float, msgspec.Meta(gt=0, le=1)] = 0.25
+
+    # The vote, and when its winner is too weak to be named.
+    height_rule: Literal["paper", "weighted"] = "paper"
+    min_score: Share = 0.05
+    min_margin: Share = 0.0
+
+    # Distance: the nearest range corrected for the noise of the beams, or the paper's min(r).
+    distance: Literal["corrected", "minimum"] = "corrected"
+    range_sigma_m: Positive = 0.01
+
+
+class SyncConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How scans and frames are paired by their stamps."""
+
+    tolerance_s: Positive = 0.1
+    horizon_s: Positive = 1.0
+
+
+class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The whole configuration file."""
+
+    version: Literal[1] = 1
+    perception: PerceptionConfig = PerceptionConfig()
+    sync: SyncConfig = SyncConfig()
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The content of a TOML file. Raises RefusedError naming the file, and the line where it is no TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RefusedError(f"{path}: cannot be read: {error.strerror}") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise RefusedError(f"{path}: not TOML: {error}") from error
+
+
+def convert(content: Any, kind: Type[T], path: Path) -> T:
+    """Content of a file as a strict structure. Raises RefusedError naming the file, the key, what was expected."""
+    try:
+        return msgspec.convert(content, kind)
+    except msgspec.ValidationError as error:
+        raise RefusedError(f"{path}: {error}") from error
+
+
+def load_config(path: Path | None) -> Config:
+    """The configuration of a TOML file, or the defaults. Raises RefusedError."""
+    return Config() if path is None else convert(read_toml(path), Config, path)
