@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The model folder: a network, all that is needed to use it, and the proof that it is the same one.
+
+    model.onnx     labels.txt (one a line, in the order of the outputs)     golden.png     manifest.toml
+
+The manifest holds the checksums of the other three, the preprocessing, and the golden answer.
+"""
+
+import dataclasses
+import hashlib
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Callable, Dict, Literal, Optional, Sequence, Tuple
+
+import cv2
+import msgspec
+import numpy as np
+import numpy.typing as npt
+import tomli_w
+
+from edgefusion.errors import RefusedError
+from edgefusion.perception.golden import (
+    CLEAR_LEAD,
+    SEEDS,
+    TOLERANCES,
+    Golden,
+    GoldenAnswer,
+    answer_of,
+    golden_picture,
+    lead_of,
+)
+from edgefusion.perception.network import Network, RuntimeOptions, as_probabilities, needs_softmax, one_line
+from edgefusion.perception.onnx_header import Precision
+from edgefusion.perception.preprocessing import PAPER, Preprocessing, whole
+
+FORMAT: Literal[1] = 1
+MODEL, LABELS, GOLDEN, MANIFEST = "model.onnx", "labels.txt", "golden.png", "manifest.toml"
+
+
+class Input(Preprocessing, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The network's input: its name, and the preprocessing that it was trained with."""
+
+    name: str
+
+
+class Output(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The network's output; softmax: whether it needs one to become probabilities."""
+
+    name: str
+    softmax: bool
+
+
+class Checksums(
+    msgspec.Struct,
+    frozen=True,
+    forbid_unknown_fields=True,
+    kw_only=True,
+    rename={"model": MODEL, "labels": LABELS, "golden": GOLDEN},
+):
+    """SHA-256 of the files beside the manifest, hexadecimal."""
+
+    model: str
+    labels: str
+    golden: str
+
+
+class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """manifest.toml. Nothing in it has a default: what is not said is not known."""
+
+    format: Literal[1]
+    name: str
+    origin: str
+    licence: str
+    precision: Precision
+    input: Input
+    output: Output
+    golden: GoldenAnswer
+    sha256: Checksums
+
+
+@dataclass(frozen=True)
+class ModelFolder:
+    """A model folder whose files are those that its manifest vouches for. model: the ONNX file's bytes."""
+
+    path: Path
+    manifest: Manifest
+    labels: Tuple[str, ...]
+    model: bytes
+    golden: Golden
+
+
+def load_model_folder(path: Path) -> ModelFolder:
+    """Reads and checks every file of the folder; what the network answers is the classifier's to check.
+
+    Raises RefusedError, one line, for a missing, changed or malformed file and for a newer format.
+    """
+    if not path.is_dir():
+        raise RefusedError(f"{path}: expected a model folder, got {'a file' if path.exists() else 'nothing'}")
+    manifest = _read_manifest(path / MANIFEST)
+    model = _read_checked(path / MODEL, manifest.sha256.model)
+    labels = _split(path / LABELS, _read_checked(path / LABELS, manifest.sha256.labels))
+    picture = _decode(path / GOLDEN, _read_checked(path / GOLDEN, manifest.sha256.golden))
+    highest = max(manifest.golden.classes)
+    if min(manifest.golden.classes) < 0 or highest >= len(labels):
+        raise RefusedError(
+            f"{path / MANIFEST}: expected golden.classes of 0..{len(labels) - 1}, got {highest}"
+        )
+    golden = Golden(picture, manifest.golden, TOLERANCES[manifest.precision])
+    return ModelFolder(path, manifest, labels, model, golden)
+
+
+def make_model_folder(
+    onnx_file: Path,
+    labels: Sequence[str],
+    out_dir: Path,
+    *,
+    name: str,
+    origin: str,
+    licence: str,
+    preprocessing: Preprocessing = PAPER,
+    softmax: Optional[bool] = None,
+    precision: Optional[Precision] = None,
+    golden: Optional[Path] = None,
+) -> ModelFolder:
+    """Makes a model folder that appears whole or not at all, and is read back before it does.
+
+    softmax, precision: found out where they are not given. golden: a picture; made up where none is given.
+    Raises RefusedError, one line, for a model or a picture that will not do, and for a folder that exists.
+    """
+    if out_dir.exists():
+        raise RefusedError(f"{out_dir}: expected a folder that is not there yet, got one that is")
+    model = _read(onnx_file)
+    network = Network(model, str(onnx_file), RuntimeOptions(provider="cpu"))
+    network.expect_size(preprocessing.size)
+
+    def outputs(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+        return network.run(preprocessing.apply(picture, whole(picture)))
+
+    first = _read_picture(golden) if golden else golden_picture(SEEDS[0], preprocessing.size)
+    network.expect_classes(len(labels), outputs(first))
+    softmax = needs_softmax(outputs(first)) if softmax is None else softmax
+
+    def answer(picture: npt.NDArray[np.uint8]) -> GoldenAnswer:
+        return answer_of(as_probabilities(outputs(picture), bool(softmax))[0])
+
+    precision = precision or network.header.precision
+    picture = first if golden else _clearest(answer, preprocessing.size)
+    _expect_lead(golden or onnx_file, lead_of(answer(picture)), precision)
+
+    files = {
+        MODEL: model,
+        LABELS: "".join(f"{label}\n" for label in labels).encode(),
+        GOLDEN: _encode(picture),
+    }
+    manifest = Manifest(
+        format=FORMAT,
+        name=name,
+        origin=origin,
+        licence=licence,
+        precision=precision,
+        input=Input(name=network.input_name, **msgspec.structs.asdict(preprocessing)),
+        output=Output(name=network.output_name, softmax=softmax),
+        golden=answer(picture),
+        sha256=Checksums(
+            model=_sha256(files[MODEL]), labels=_sha256(files[LABELS]), golden=_sha256(files[GOLDEN])
+        ),
+    )
+    files[MANIFEST] = tomli_w.dumps(msgspec.to_builtins(manifest)).encode()
+    return _write_whole(out_dir, files)
+
+
+def read_labels(path: Path) -> Tuple[str, ...]:
+    """One label a line. Two classes may share a label, as two of ImageNet's do. Raises RefusedError."""
+    return _split(path, _read(path))
+
+
+def _split(path: Path, content: bytes) -> Tuple[str, ...]:
+    try:
+        lines = content.decode("utf-8-sig").rstrip().splitlines()
+    except UnicodeDecodeError as error:
+        raise RefusedError(f"{path}: expected UTF-8 text, got {one_line(error)}") from error
+    labels = tuple(line.strip() for line in lines)
+    if not labels or "" in labels:
+        came = f"nothing on line {labels.index('') + 1}" if labels else "an empty file"
+        raise RefusedError(f"{path}: expected a label on every line, got {came}")
+    return labels
+
+
+def _read_manifest(path: Path) -> Manifest:
+    try:
+        table = msgspec.toml.decode(_read(path))
+        version = table.get("format")
+        if version != FORMAT:
+            raise RefusedError(f"{path}: expected format = {FORMAT}, got {_version(version)}")
+        return msgspec.convert(table, Manifest)
+    except msgspec.MsgspecError as error:
+        raise RefusedError(f"{path}: expected the manifest of a model, got: {one_line(error)}") from error
+
+
+def _version(version: object) -> str:
+    if isinstance(version, int) and version > FORMAT:
+        return f"{version}: made by a newer edgefusion than this one"
+    return "none" if version is None else repr(version)
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        raise RefusedError(f"{path}: expected a file, got nothing") from error
+    except OSError as error:
+        raise RefusedError(f"{path}: expected a file that can be read, got: {error.strerror}") from error
+
+
+def _read_checked(path: Path, expected: str) -> bytes:
+    content = _read(path)
+    came = _sha256(content)
+    if came != expected:
+        raise RefusedError(f"{path}: expected SHA-256 {expected}, got {came}: the file was changed")
+    return content
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _read_picture(path: Path) -> npt.NDArray[np.uint8]:
+    return _decode(path, _read(path))
+
+
+def _decode(path: Path, content: bytes) -> npt.NDArray[np.uint8]:
+    picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR) if content else None
+    if picture is None:
+        raise RefusedError(f"{path}: expected a picture, got {len(content)} bytes that are none")
+    return np.asarray(picture, np.uint8)
+
+
+def _encode(picture: npt.NDArray[np.uint8]) -> bytes:
+    return bytes(cv2.imencode(".png", picture)[1])
+
+
+def _clearest(answer: Callable[[npt.NDArray[np.uint8]], GoldenAnswer], size: int) -> npt.NDArray[np.uint8]:
+    """The first made-up picture to which the network has a clear answer, else the one with the clearest."""
+    best, best_lead = golden_picture(SEEDS[0], size), -1.0
+    for seed in SEEDS:
+        picture = golden_picture(seed, size)
+        lead = lead_of(answer(picture))
+        if lead > best_lead:
+            best, best_lead = picture, lead
+        if lead > CLEAR_LEAD:
+            break
+    return best
+
+
+def _expect_lead(source: Path, lead: float, precision: Precision) -> None:
+    """With less, the first class could change between two runtimes that are both right. NaN is refused too."""
+    least = 2 * TOLERANCES[precision]
+    if not lead > least:
+        came = f"{lead:.2g}: give a golden picture that it knows"
+        raise RefusedError(f"{source}: expected a best class that leads by more than {least:g}, got {came}")
+
+
+def _write_whole(out_dir: Path, files: Dict[str, bytes]) -> ModelFolder:
+    """Written beside, read back, then renamed."""
+    try:
+        out_dir.parent.mkdir(parents=True, exist_ok=True)
+        beside = Path(tempfile.mkdtemp(prefix=f".{out_dir.name}-", dir=out_dir.parent))
+    except OSError as error:
+        raise RefusedError(f"{out_dir}: expected a folder that can be made, got: {error.strerror}") from error
+    try:
+        for name, content in files.items():
+            with (beside / name).open("wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+        beside.chmod(0o755)
+        folder = load_model_folder(beside)
+        beside.rename(out_dir)
+    except OSError as error:
+        raise RefusedError(f"{out_dir}: expected a folder that can be made, got: {error.strerror}") from error
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return dataclasses.replace(folder, path=out_dir)
