@@ -138,7 +138,7 @@ class Detection:
     distance_m: range from the laser's origin to the object's nearest surface, with its 1-sigma; bearing in the
     laser's frame; position_m: that nearest point in base_link (x, y). All three at stamp_ns.
     scan_frame_dt_ns: the frame's stamp minus the scan's; motion: the robot's motion in between, motion_px what it
-    moved the object by in the image. boxes: every candidate box, in the order of vote.top5.
+    moved the object by in the image. boxes: every candidate box, in the order of vote.top5. cluster: its beams.
     """
 
     stamp_ns: int
@@ -154,6 +154,7 @@ class Detection:
     position_m: tuple[float, float]
     vote: Vote
     boxes: tuple[Box, ...]
+    cluster: Cluster
     scan_frame_dt_ns: int
     motion: Pose2D = field(default=STILL)
     motion_px: float = 0.0
