@@ -51,8 +51,7 @@ class Clustering {
         number_(grid_.cell_count(), kNoise) {}
 
   void label(std::int32_t* labels) {
-    find_cores();
-    connect_cells();
+    find_clusters();
     number_clusters(labels);
     label_borders(labels);
   }
@@ -61,21 +60,26 @@ class Clustering {
   bool has_core(std::uint32_t cell) const { return core_end_[cell] > grid_.begin[cell]; }
   bool has_border(std::uint32_t cell) const { return core_end_[cell] < grid_.begin[cell + 1]; }
 
-  // In each cell, moves the core points to the front.
-  void find_cores() {
-    for_each_cell(
-        grid_, [this](std::uint32_t cell) { return !is_dense(cell); },
-        [this](std::uint32_t cell, const Neighbourhood& near) {
-          core_end_[cell] = grid_.begin[cell];
-          if (!can_have_core(near)) return;
-          for (std::uint32_t point = grid_.begin[cell]; point < grid_.begin[cell + 1]; ++point)
-            if (is_core(point, near)) swap_points(point, core_end_[cell]++);
-        });
+  void find_clusters() {
+    Neighbourhood near(grid_);
+    for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
+      near.slide_to(cell);
+      find_cores(cell, near);
+      if (has_core(cell)) connect_to_earlier(cell, near);
+    }
   }
 
-  bool is_dense(std::uint32_t cell) {
-    core_end_[cell] = grid_.begin[cell + 1];
-    return grid_.size(cell) >= min_points_;
+  // Moves the core points of a cell to its front.
+  void find_cores(std::uint32_t cell, const Neighbourhood& near) {
+    const std::uint32_t end = grid_.begin[cell + 1];
+    std::uint32_t& core_end = core_end_[cell];
+    core_end = grid_.begin[cell];
+    if (grid_.size(cell) >= min_points_) {
+      core_end = end;
+    } else if (can_have_core(near)) {
+      for (std::uint32_t point = core_end; point < end; ++point)
+        if (is_core(point, near)) swap_points(point, core_end++);
+    }
   }
 
   bool can_have_core(const Neighbourhood& near) const {
@@ -114,20 +118,16 @@ class Clustering {
     std::swap(grid_.index[a], grid_.index[b]);
   }
 
-  void connect_cells() {
-    for_each_cell(
-        grid_, [this](std::uint32_t cell) { return has_core(cell); },
-        [this](std::uint32_t cell, const Neighbourhood& near) {
-          std::uint32_t root = clusters_.find(cell);
-          for (const Span& span : near) {
-            // Each pair once, from its first cell: cells of the rows before are all lower.
-            for (std::uint32_t other = std::max(span.begin, cell + 1); other < span.end; ++other) {
-              if (!has_core(other)) continue;
-              const std::uint32_t other_root = clusters_.find(other);
-              if (other_root != root && cores_touch(cell, other)) root = clusters_.join(root, other_root);
-            }
-          }
-        });
+  // Each pair of cells is connected once, when the later one is visited: the cores of the earlier are known by then.
+  void connect_to_earlier(std::uint32_t cell, const Neighbourhood& near) {
+    std::uint32_t root = cell;
+    for (const Span& span : near) {
+      for (std::uint32_t other = span.begin; other < std::min(span.end, cell); ++other) {
+        if (!has_core(other)) continue;
+        const std::uint32_t other_root = clusters_.find(other);
+        if (other_root != root && cores_touch(cell, other)) root = clusters_.join(root, other_root);
+      }
+    }
   }
 
   bool cores_touch(std::uint32_t a, std::uint32_t b) const {
@@ -160,12 +160,13 @@ class Clustering {
   }
 
   void label_borders(std::int32_t* labels) {
-    for_each_cell(
-        grid_, [this](std::uint32_t cell) { return has_border(cell); },
-        [this, labels](std::uint32_t cell, const Neighbourhood& near) {
-          for (std::uint32_t point = core_end_[cell]; point < grid_.begin[cell + 1]; ++point)
-            labels[grid_.index[point]] = lowest_cluster(point, near);
-        });
+    Neighbourhood near(grid_);
+    for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
+      if (!has_border(cell)) continue;
+      near.slide_to(cell);
+      for (std::uint32_t point = core_end_[cell]; point < grid_.begin[cell + 1]; ++point)
+        labels[grid_.index[point]] = lowest_cluster(point, near);
+    }
   }
 
   std::int32_t lowest_cluster(std::uint32_t point, const Neighbourhood& near) {

@@ -3,8 +3,10 @@
 #include "edgefusion/grid.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
+#include "edgefusion/ball.hpp"
 #include "edgefusion/radix_sort.hpp"
 
 namespace edgefusion {
@@ -71,8 +73,8 @@ int bit_width(std::uint32_t value) {
 std::vector<Keyed> sorted_by_cell(const Intervals& rows, const Intervals& columns, int column_bits) {
   std::vector<Keyed> records(rows.of_point.size());
   for (std::uint32_t i = 0; i < records.size(); ++i)
-    records[i] = {std::uint64_t{rows.of_point[i]} << column_bits | columns.of_point[i], i};
-  radix_sort(records, column_bits + bit_width(rows.count - 1));
+    records[i] = {std::uint64_t{rows.of_point[i] + 2} << column_bits | (columns.of_point[i] + 2), i};
+  radix_sort(records, column_bits + bit_width(rows.count + 1));
   return records;
 }
 
@@ -89,21 +91,17 @@ void gather_points(Grid& grid, const std::vector<Keyed>& records, const double* 
   }
 }
 
-void mark_cells(Grid& grid, const std::vector<Keyed>& records, int column_bits) {
-  const std::uint64_t column_mask = (std::uint64_t{1} << column_bits) - 1;
+void mark_cells(Grid& grid, const std::vector<Keyed>& records) {
   const auto n = static_cast<std::uint32_t>(records.size());
-  grid.begin.reserve(std::size_t{n} + 1);
-  grid.column.reserve(n);
+  grid.begin.reserve(records.size() + 1);
+  grid.key.reserve(records.size() + Grid::kPadding);
   for (std::uint32_t i = 0; i < n; ++i) {
-    const std::uint64_t key = records[i].key;
-    if (i > 0 && key == records[i - 1].key) continue;
-    const auto row = static_cast<std::uint32_t>(key >> column_bits);
-    if (grid.rows.empty() || row != grid.rows.back().number) grid.rows.push_back({row, grid.cell_count()});
+    if (i > 0 && records[i].key == records[i - 1].key) continue;
     grid.begin.push_back(i);
-    grid.column.push_back(static_cast<std::uint32_t>(key & column_mask));
+    grid.key.push_back(records[i].key);
   }
   grid.begin.push_back(n);
-  grid.rows.push_back({0, grid.cell_count()});
+  grid.key.insert(grid.key.end(), Grid::kPadding, std::numeric_limits<std::uint64_t>::max());
 }
 
 }  // namespace
@@ -112,10 +110,11 @@ Grid make_grid(const double* points, std::size_t n, double eps) {
   Grid grid;
   const Intervals columns = split_axis(points, n, eps);
   const Intervals rows = split_axis(points + 1, n, eps);
-  const int column_bits = bit_width(columns.count - 1);
+  const int column_bits = bit_width(columns.count + 3);  // two columns on either side, for neighbours to end in
   const std::vector<Keyed> records = sorted_by_cell(rows, columns, column_bits);
   gather_points(grid, records, points);
-  mark_cells(grid, records, column_bits);
+  mark_cells(grid, records);
+  grid.row_stride = std::uint64_t{1} << column_bits;
   return grid;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "edgefusion/grid.hpp"
@@ -13,56 +14,50 @@ namespace edgefusion {
 struct Span {
   std::uint32_t begin;
   std::uint32_t end;
-  std::uint32_t row_end;
 };
 
-/// All occupied cells that a point of the present cell can reach, as one span for each row, the nearest rows first.
+/// All occupied cells that a point of the present cell can reach: one span for each row, the nearest rows first.
 class Neighbourhood {
  public:
-  Neighbourhood(const Grid& grid, std::size_t row) : column_(grid.column.data()) {
-    // Rows without points are not stored: the row two below may be the next but one entry, the next or none.
-    for (const int step : {0, -1, 1, -2, 2}) add_row(grid, row, step);
+  explicit Neighbourhood(const Grid& grid) : key_(grid.key.data()) {
+    for (std::size_t i = 0; i < spans_.size(); ++i) offset_[i] = kRows[i] * grid.row_stride - 2;  // may wrap around
   }
 
-  /// Moves on to a cell further along the row; over a whole row that takes linear time.
+  /// Moves on to a later cell; over the whole grid that takes linear time.
   void slide_to(std::uint32_t cell) {
-    const std::uint32_t column = column_[cell];
-    for (std::size_t i = 0; i < size_; ++i) {
-      Span& span = spans_[i];
-      while (span.begin < span.row_end && column_[span.begin] + 2 < column) ++span.begin;
-      while (span.end < span.row_end && column_[span.end] <= column + 2) ++span.end;
+    for (std::size_t i = 0; i < spans_.size(); ++i) {
+      const std::uint64_t first = key_[cell] + offset_[i];
+      const std::uint32_t begin = skip_below(first, spans_[i].begin);
+      spans_[i] = {begin, begin + count_below<5>(first + 5, begin)};
     }
   }
 
   const Span* begin() const { return spans_.data(); }
-  const Span* end() const { return spans_.data() + size_; }
+  const Span* end() const { return spans_.data() + spans_.size(); }
 
  private:
-  void add_row(const Grid& grid, std::size_t row, int step) {
-    const std::int64_t other = static_cast<std::int64_t>(row) + step;
-    if (other < 0 || other + 1 >= static_cast<std::int64_t>(grid.rows.size())) return;
-    const GridRow& near = grid.rows[static_cast<std::size_t>(other)];
-    const std::int64_t apart = std::int64_t{near.number} - std::int64_t{grid.rows[row].number};
-    if (apart < -2 || apart > 2) return;
-    spans_[size_++] = {near.first_cell, near.first_cell, (&near)[1].first_cell};
+  static constexpr std::array<std::uint64_t, 5> kRows{0, ~std::uint64_t{0}, 1, ~std::uint64_t{1}, 2};
+
+  // How many of the next n cells have a lower key: counted, since a branch for each would be mispredicted.
+  template <int n>
+  std::uint32_t count_below(std::uint64_t key, std::uint32_t cell) const {
+    std::uint32_t count = 0;
+    for (int i = 0; i < n; ++i) count += key_[cell + static_cast<std::uint32_t>(i)] < key;
+    return count;
   }
 
-  const std::uint32_t* column_;
-  std::array<Span, 5> spans_;
-  std::size_t size_ = 0;
-};
-
-/// Calls visit(cell, neighbourhood) for every cell that is wanted(cell), in the grid's order.
-template <typename Wanted, typename Visit>
-void for_each_cell(const Grid& grid, Wanted wanted, Visit visit) {
-  for (std::size_t row = 0; row + 1 < grid.rows.size(); ++row) {
-    Neighbourhood near(grid, row);
-    for (std::uint32_t cell = grid.rows[row].first_cell; cell < grid.rows[row + 1].first_cell; ++cell) {
-      if (!wanted(cell)) continue;
-      near.slide_to(cell);
-      visit(cell, near);
+  std::uint32_t skip_below(std::uint64_t key, std::uint32_t cell) const {
+    constexpr int kStep = 4;
+    for (;;) {
+      const std::uint32_t count = count_below<kStep>(key, cell);
+      cell += count;
+      if (count < kStep) return cell;
     }
   }
-}
+
+  const std::uint64_t* key_;
+  std::array<std::uint64_t, 5> offset_;
+  std::array<Span, 5> spans_{};
+};
 
 }  // namespace edgefusion
