@@ -1,3 +1,200 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the edgefusion authors
+//
+// The grid makes DBSCAN linear (Gunawan 2013): all points of a cell reach each other, so a cell with min_points
+// points needs no distance at all, and the core points of a cell always share a cluster, so clusters are joined cell
+// by cell.
 #include "edgefusion/dbscan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "edgefusion/ball.hpp"
+#include "edgefusion/disjoint_sets.hpp"
+#include "edgefusion/grid.hpp"
+#include "edgefusion/neighbourhood.hpp"
+
+namespace edgefusion {
+namespace {
+
+template <typename... Parts>
+[[noreturn]] void refuse(const Parts&... parts) {
+  std::ostringstream text;
+  (text << ... << parts);
+  throw std::invalid_argument(text.str());
+}
+
+void check(const double* points, std::size_t n, double eps, int min_points) {
+  if (!(eps > 0.0 && std::isfinite(eps))) refuse("eps: expected a finite number above 0, got ", eps);
+  if (min_points < 1) refuse("min_points: expected at least 1, got ", min_points);
+  if (n > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+    refuse("points: expected fewer than 2^31 rows, got ", n);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!std::isfinite(points[2 * i]) || !std::isfinite(points[2 * i + 1]))
+      refuse("points: expected finite coordinates, got (", points[2 * i], ", ", points[2 * i + 1], ") in row ", i);
+  }
+}
+
+class Clustering {
+ public:
+  Clustering(const double* points, std::size_t n, double eps, std::uint32_t min_points)
+      : grid_(make_grid(points, n, eps)),
+        ball_(eps),
+        min_points_(min_points),
+        core_end_(grid_.cell_count()),
+        clusters_(grid_.cell_count()),
+        number_(grid_.cell_count(), kNoise) {}
+
+  void label(std::int32_t* labels) {
+    find_clusters();
+    number_clusters(labels);
+    label_borders(labels);
+  }
+
+ private:
+  bool has_core(std::uint32_t cell) const { return core_end_[cell] > grid_.begin[cell]; }
+  bool has_border(std::uint32_t cell) const { return core_end_[cell] < grid_.begin[cell + 1]; }
+
+  void find_clusters() {
+    Neighbourhood near(grid_);
+    for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
+      near.slide_to(cell);
+      find_cores(cell, near);
+      if (has_core(cell)) connect_to_earlier(cell, near);
+    }
+  }
+
+  // Moves the core points of a cell to its front.
+  void find_cores(std::uint32_t cell, const Neighbourhood& near) {
+    const std::uint32_t end = grid_.begin[cell + 1];
+    std::uint32_t& core_end = core_end_[cell];
+    core_end = grid_.begin[cell];
+    if (grid_.size(cell) >= min_points_) {
+      core_end = end;
+    } else if (can_have_core(near)) {
+      for (std::uint32_t point = core_end; point < end; ++point)
+        if (is_core(point, near)) swap_points(point, core_end++);
+    }
+  }
+
+  bool can_have_core(const Neighbourhood& near) const {
+    std::uint32_t points = 0;
+    for (const Span& span : near) points += grid_.begin[span.end] - grid_.begin[span.begin];
+    return points >= min_points_;
+  }
+
+  bool is_core(std::uint32_t point, const Neighbourhood& near) const {
+    std::uint32_t count = 0;
+    for (const Span& span : near) {
+      count += count_reached(point, grid_.begin[span.begin], grid_.begin[span.end], min_points_ - count);
+      if (count >= min_points_) return true;
+    }
+    return false;
+  }
+
+  // Stops soon after `enough`: a block at a time, for the compiler to work on several points at once.
+  std::uint32_t count_reached(std::uint32_t point, std::uint32_t begin, std::uint32_t end, std::uint32_t enough) const {
+    constexpr std::uint32_t kBlock = 32;
+    const double* const x = grid_.x.data();
+    const double* const y = grid_.y.data();
+    const double px = x[point];
+    const double py = y[point];
+    std::uint32_t count = 0;
+    while (begin < end && count < enough) {
+      const std::uint32_t block_end = begin + std::min(kBlock, end - begin);
+      for (; begin < block_end; ++begin) count += ball_.reaches(x[begin] - px, y[begin] - py);
+    }
+    return count;
+  }
+
+  void swap_points(std::uint32_t a, std::uint32_t b) {
+    std::swap(grid_.x[a], grid_.x[b]);
+    std::swap(grid_.y[a], grid_.y[b]);
+    std::swap(grid_.index[a], grid_.index[b]);
+  }
+
+  // Each pair of cells is connected once, when the later one is visited: the cores of the earlier are known by then.
+  void connect_to_earlier(std::uint32_t cell, const Neighbourhood& near) {
+    std::uint32_t root = cell;
+    for (const Span& span : near) {
+      for (std::uint32_t other = span.begin; other < std::min(span.end, cell); ++other) {
+        if (!has_core(other)) continue;
+        const std::uint32_t other_root = clusters_.find(other);
+        if (other_root != root && cores_touch(cell, other)) root = clusters_.join(root, other_root);
+      }
+    }
+  }
+
+  bool cores_touch(std::uint32_t a, std::uint32_t b) const {
+    for (std::uint32_t point = grid_.begin[a]; point < core_end_[a]; ++point)
+      if (reaches_core_of(point, b)) return true;
+    return false;
+  }
+
+  bool reaches_core_of(std::uint32_t point, std::uint32_t cell) const {
+    for (std::uint32_t core = grid_.begin[cell]; core < core_end_[cell]; ++core)
+      if (ball_.reaches(grid_.x[core] - grid_.x[point], grid_.y[core] - grid_.y[point])) return true;
+    return false;
+  }
+
+  // In the order of the input, so that the cluster with the lowest core index comes first.
+  void number_clusters(std::int32_t* labels) {
+    for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
+      const auto root = static_cast<std::int32_t>(clusters_.find(cell));
+      std::uint32_t point = grid_.begin[cell];
+      for (; point < core_end_[cell]; ++point) labels[grid_.index[point]] = root;
+      for (; point < grid_.begin[cell + 1]; ++point) labels[grid_.index[point]] = kNoise;
+    }
+    std::int32_t next = 0;
+    for (std::size_t i = 0; i < grid_.index.size(); ++i) {
+      if (labels[i] == kNoise) continue;
+      std::int32_t& number = number_[static_cast<std::size_t>(labels[i])];
+      if (number == kNoise) number = next++;
+      labels[i] = number;
+    }
+  }
+
+  void label_borders(std::int32_t* labels) {
+    Neighbourhood near(grid_);
+    for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
+      if (!has_border(cell)) continue;
+      near.slide_to(cell);
+      for (std::uint32_t point = core_end_[cell]; point < grid_.begin[cell + 1]; ++point)
+        labels[grid_.index[point]] = lowest_cluster(point, near);
+    }
+  }
+
+  std::int32_t lowest_cluster(std::uint32_t point, const Neighbourhood& near) {
+    std::int32_t lowest = kNoise;
+    for (const Span& span : near) {
+      for (std::uint32_t cell = span.begin; cell < span.end; ++cell) {
+        if (!has_core(cell)) continue;
+        const std::int32_t number = number_[clusters_.find(cell)];
+        if ((lowest == kNoise || number < lowest) && reaches_core_of(point, cell)) lowest = number;
+      }
+    }
+    return lowest;
+  }
+
+  Grid grid_;
+  Ball ball_;
+  std::uint32_t min_points_;
+  std::vector<std::uint32_t> core_end_;  // of each cell: the end of its core points
+  DisjointSets clusters_;                // of cells with core points
+  std::vector<std::int32_t> number_;     // of each root cell: its cluster's number
+};
+
+}  // namespace
+
+void dbscan(const double* points, std::size_t n, double eps, int min_points, std::int32_t* labels) {
+  check(points, n, eps, min_points);
+  if (n == 0) return;
+  Clustering(points, n, eps, static_cast<std::uint32_t>(min_points)).label(labels);
+}
+
+}  // namespace edgefusion

@@ -19,7 +19,7 @@ constexpr std::int32_t kNoise = -1;
 /// points  n x 2, row major, any unit
 /// labels  n values, written: kNoise or the cluster's number
 ///
-/// Throws std::invalid_argument for a coordinate that is not finite, eps not above 0 or min_points below 1.
+/// Throws std::invalid_argument for a coordinate that is not finite, eps not finite and above 0 or min_points below 1.
 void dbscan(const double* points, std::size_t n, double eps, int min_points, std::int32_t* labels);
 
 }  // namespace edgefusion
