@@ -12,10 +12,10 @@ namespace edgefusion {
 
 /// How a box of any shape becomes a square.
 enum class Fit {
-  kSquash,              ///< stretched to the square (the paper)
-  kLetterbox,           ///< whole box, its shape kept, padded with the mean colour
-  kSquareContext,       ///< the square around the box, moved inside the image; padded where it cannot fit
-  kShorterSideCentre,   ///< shorter side resized to size / crop_fraction, then the centre (torchvision)
+  kSquash,             ///< stretched to the square (the paper)
+  kLetterbox,          ///< whole box, its shape kept, padded with the mean colour
+  kSquareContext,      ///< the square around the box, moved inside the image; padded where it cannot fit
+  kShorterSideCentre,  ///< shorter side resized to size / crop_fraction, then the centre (torchvision)
 };
 
 enum class Filter {
@@ -43,8 +43,8 @@ struct CropOptions {
 ///
 /// out  n x 3 x size x size, written
 ///
-/// Throws std::invalid_argument, naming the box, for an empty one or one that is not inside the image, and for
-/// size < 1, a std that is not above 0 or a crop_fraction outside (0, 1].
+/// Throws std::invalid_argument, naming the box, for an empty one or one that is not inside the image, and
+/// for size < 1, a std that is not above 0 or a crop_fraction outside (0, 1].
 void crops(const Image& image, const Box* boxes, std::size_t n, const CropOptions& options, float* out);
 
 }  // namespace edgefusion
