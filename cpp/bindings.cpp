@@ -61,8 +61,12 @@ Image image_view(const py::array& image) {
     throw std::invalid_argument("image: expected uint8, got " + py::str(image.dtype()).cast<std::string>());
   if (image.ndim() != 3 || image.shape(2) != 3)
     throw std::invalid_argument("image: expected shape [height, width, 3], got " + shape_of(image));
-  return {static_cast<const std::uint8_t*>(image.data()), static_cast<int>(image.shape(0)),
-          static_cast<int>(image.shape(1)), image.strides(0), image.strides(1), image.strides(2)};
+  return {static_cast<const std::uint8_t*>(image.data()),
+          static_cast<int>(image.shape(0)),
+          static_cast<int>(image.shape(1)),
+          image.strides(0),
+          image.strides(1),
+          image.strides(2)};
 }
 
 Fit fit_named(const std::string& name) {
@@ -109,7 +113,8 @@ py::tuple py_project(const Array<double>& points, const Camera& camera, const Ar
   return py::make_tuple(pixels, marks);
 }
 
-py::array_t<double> py_project_paper(const Array<double>& points, const Array<double>& K, int width, int height) {
+py::array_t<double> py_project_paper(const Array<double>& points, const Array<double>& K, int width,
+                                     int height) {
   expect_shape("points", points, -1, 3);
   const Eigen::Matrix3d intrinsics = matrix<3, 3>("K", K);
   py::array_t<double> pixels({points.shape(0), py::ssize_t{2}});
@@ -132,7 +137,8 @@ py::tuple py_candidate_boxes(const Array<double>& ranges_m, const Array<double>&
   expect_shape("angles_rad", angles_rad, ranges_m.shape(0), -1);
   const Eigen::Matrix4d T = matrix<4, 4>("T_camera_laser", T_camera_laser);
   const Eigen::Vector3d ground = vector3("to_ground", to_ground);
-  const Beams beams{ranges_m.data(), angles_rad.data(), static_cast<std::size_t>(ranges_m.shape(0)), step_rad};
+  const Beams beams{ranges_m.data(), angles_rad.data(), static_cast<std::size_t>(ranges_m.shape(0)),
+                    step_rad};
   const BoxRule rule{heights, heights_are_metric, width_step, on_ground, min_visible};
   std::vector<Box> boxes(heights.size());
   std::vector<std::int32_t> indices(heights.size());
@@ -151,7 +157,8 @@ py::tuple py_candidate_boxes(const Array<double>& ranges_m, const Array<double>&
 py::tuple py_nearest_range(const Array<double>& ranges_m, double sigma_m) {
   expect_shape("ranges_m", ranges_m, -1, -1);
   if (ranges_m.shape(0) == 0) throw std::invalid_argument("ranges_m: expected at least one range, got none");
-  if (!(sigma_m > 0.0)) throw std::invalid_argument("sigma_m: expected above 0, got " + std::to_string(sigma_m));
+  if (!(sigma_m > 0.0))
+    throw std::invalid_argument("sigma_m: expected above 0, got " + std::to_string(sigma_m));
   const double* ranges = ranges_m.data();
   const auto n = static_cast<std::size_t>(ranges_m.shape(0));
   NearestRange nearest{};
@@ -218,16 +225,17 @@ PYBIND11_MODULE(_core, m) {
         return py_project(points, Camera(matrix<3, 3>("K", K), distortion), T_camera_laser);
       },
       py::arg("points"), py::arg("K"), py::arg("distortion"), py::arg("T_camera_laser"));
-  m.def("project_paper", &py_project_paper, py::arg("points"), py::arg("K"), py::arg("width"), py::arg("height"));
+  m.def("project_paper", &py_project_paper, py::arg("points"), py::arg("K"), py::arg("width"),
+        py::arg("height"));
 
-  m.def("candidate_boxes", &py_candidate_boxes, py::arg("ranges_m"), py::arg("angles_rad"), py::arg("step_rad"),
-        py::arg("camera"), py::arg("T_camera_laser"), py::arg("to_ground"), py::arg("width"), py::arg("height"),
-        py::arg("heights"), py::arg("heights_are_metric") = false, py::arg("width_step") = 0.0,
-        py::arg("on_ground") = true, py::arg("min_visible") = 0.25);
+  m.def("candidate_boxes", &py_candidate_boxes, py::arg("ranges_m"), py::arg("angles_rad"),
+        py::arg("step_rad"), py::arg("camera"), py::arg("T_camera_laser"), py::arg("to_ground"),
+        py::arg("width"), py::arg("height"), py::arg("heights"), py::arg("heights_are_metric") = false,
+        py::arg("width_step") = 0.0, py::arg("on_ground") = true, py::arg("min_visible") = 0.25);
 
   m.def("nearest_range", &py_nearest_range, py::arg("ranges_m"), py::arg("sigma_m"));
 
-  m.def("crops", &py_crops, py::arg("image"), py::arg("boxes"), py::arg("size"), py::arg("mean"), py::arg("std"),
-        py::arg("fit") = "squash", py::arg("filter") = "antialias", py::arg("crop_fraction") = 1.0,
-        py::arg("out") = py::none());
+  m.def("crops", &py_crops, py::arg("image"), py::arg("boxes"), py::arg("size"), py::arg("mean"),
+        py::arg("std"), py::arg("fit") = "squash", py::arg("filter") = "antialias",
+        py::arg("crop_fraction") = 1.0, py::arg("out") = py::none());
 }

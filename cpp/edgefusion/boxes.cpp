@@ -14,7 +14,9 @@ constexpr double kPixelCentre = 0.5;
 // Keeps what lies far outside the image within the range of an integer.
 constexpr double kFarOutside = 1e6;
 
-double bounded(double pixel) { return std::max(-kFarOutside, std::min(kFarOutside, pixel)); }
+double bounded(double pixel) {
+  return std::max(-kFarOutside, std::min(kFarOutside, pixel));
+}
 
 struct Rectangle {
   double x0, y0, x1, y1;
@@ -35,7 +37,9 @@ struct View {
 class Projector {
  public:
   Projector(const Camera& camera, const Eigen::Matrix4d& T_camera_laser)
-      : camera_(camera), R_(T_camera_laser.topLeftCorner<3, 3>()), t_(T_camera_laser.topRightCorner<3, 1>()) {}
+      : camera_(camera),
+        R_(T_camera_laser.topLeftCorner<3, 3>()),
+        t_(T_camera_laser.topRightCorner<3, 1>()) {}
 
   bool see(const Eigen::Vector3d& point, Eigen::Vector2d& pixel) const {
     return camera_.project(R_ * point + t_, pixel) == Mark::kVisible;
@@ -51,7 +55,8 @@ Eigen::Vector3d on_beam(double range, double angle) {
   return {range * std::cos(angle), range * std::sin(angle), 0.0};
 }
 
-// A beam hits somewhere in its own sector: the thing reaches half a step beyond its outermost beams on average.
+// A beam hits somewhere in its own sector: the thing reaches half a step beyond its outermost beams on
+// average.
 View view_of(const Beams& beams, const Projector& projector) {
   View view;
   Eigen::Vector2d pixel;

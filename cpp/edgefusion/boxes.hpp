@@ -23,14 +23,15 @@ struct Beams {
 /// Which boxes to propose for a cluster of known pixel width and unknown height.
 struct BoxRule {
   std::vector<double> heights;  ///< above 0, see heights_are_metric
-  bool heights_are_metric;      ///< true: metres above the bottom edge; false: pixel height / pixel width of the box
-  double width_step;            ///< box k is 1 + k * width_step times as wide as the cluster (paper: 0 or a little)
-  bool on_ground;               ///< bottom edge on the ground under the nearest beam, or on the scan line
-  double min_visible;           ///< share of a box's area that must be inside the image, in (0, 1]
+  bool heights_are_metric;  ///< true: metres above the bottom edge; false: pixel height / pixel width of the
+                            ///< box
+  double width_step;   ///< box k is 1 + k * width_step times as wide as the cluster (paper: 0 or a little)
+  bool on_ground;      ///< bottom edge on the ground under the nearest beam, or on the scan line
+  double min_visible;  ///< share of a box's area that must be inside the image, in (0, 1]
 };
 
-/// Where the cluster stands in the world: the way from a laser point straight down to the ground, in the laser's
-/// frame [m]. (0, 0, -h) for a level laser at height h, (0, 0, h) for one mounted upside down.
+/// Where the cluster stands in the world: the way from a laser point straight down to the ground, in the
+/// laser's frame [m]. (0, 0, -h) for a level laser at height h, (0, 0, h) for one mounted upside down.
 using ToGround = Eigen::Vector3d;
 
 /// Candidate boxes of one cluster, clipped to the image.
@@ -38,8 +39,8 @@ using ToGround = Eigen::Vector3d;
 /// boxes    up to rule.heights.size() boxes, written
 /// indices  the height each box belongs to, written
 ///
-/// Returns the number written. A box of which less than min_visible would remain is dropped, as is everything of a
-/// cluster that the camera cannot see: geometry never raises.
+/// Returns the number written. A box of which less than min_visible would remain is dropped, as is everything
+/// of a cluster that the camera cannot see: geometry never raises.
 std::size_t candidate_boxes(const Beams& beams, const Camera& camera, const Eigen::Matrix4d& T_camera_laser,
                             const ToGround& to_ground, int width, int height, const BoxRule& rule, Box* boxes,
                             std::int32_t* indices);

@@ -20,8 +20,8 @@ enum Coefficient { K1, K2, P1, P2, K3, K4, K5, K6, S1, S2, S3, S4, TAU_X, TAU_Y 
 void check_intrinsics(const Eigen::Matrix3d& K) {
   if (!K.allFinite()) throw std::invalid_argument("K: expected finite values");
   if (!(K(0, 0) > 0.0 && K(1, 1) > 0.0))
-    throw std::invalid_argument("K: expected focal lengths above 0, got " + std::to_string(K(0, 0)) + " and " +
-                                std::to_string(K(1, 1)));
+    throw std::invalid_argument("K: expected focal lengths above 0, got " + std::to_string(K(0, 0)) +
+                                " and " + std::to_string(K(1, 1)));
   if (K(0, 1) != 0.0 || K(1, 0) != 0.0 || K.row(2) != Eigen::RowVector3d(0, 0, 1))
     throw std::invalid_argument("K: expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]");
 }
@@ -29,7 +29,8 @@ void check_intrinsics(const Eigen::Matrix3d& K) {
 std::array<double, 14> padded(const std::vector<double>& distortion) {
   const std::size_t n = distortion.size();
   if (n != 0 && n != 4 && n != 5 && n != 8 && n != 12 && n != 14)
-    throw std::invalid_argument("distortion: expected 0, 4, 5, 8, 12 or 14 coefficients, got " + std::to_string(n));
+    throw std::invalid_argument("distortion: expected 0, 4, 5, 8, 12 or 14 coefficients, got " +
+                                std::to_string(n));
   if (!std::all_of(distortion.begin(), distortion.end(), [](double k) { return std::isfinite(k); }))
     throw std::invalid_argument("distortion: expected finite coefficients");
   std::array<double, 14> k{};
@@ -47,8 +48,9 @@ Eigen::Matrix3d tilt_matrix(double tau_x, double tau_y) {
   return onto_sensor * R;
 }
 
-// The distorted radius is r N(u) / D(u) with u = r^2. It grows while its derivative, (N D + 2 u (N' D - N D')) / D^2,
-// is positive and D has no pole. Beyond, one pixel has two directions, and OpenCV's formula returns the wrong one.
+// The distorted radius is r N(u) / D(u) with u = r^2. It grows while its derivative, (N D + 2 u (N' D - N
+// D')) / D^2, is positive and D has no pole. Beyond, one pixel has two directions, and OpenCV's formula
+// returns the wrong one.
 double radius_of_growth(const std::array<double, 14>& k) {
   const Polynomial N{1.0, k[K1], k[K2], k[K3]}, D{1.0, k[K4], k[K5], k[K6]};
   const Polynomial turn = add(multiply(derivative(N), D), scale(multiply(N, derivative(D)), -1.0));
@@ -64,7 +66,10 @@ double radius_of_growth(const std::array<double, 14>& k) {
 }  // namespace
 
 Camera::Camera(const Eigen::Matrix3d& K, const std::vector<double>& distortion)
-    : K_(K), k_(padded(distortion)), tilt_(tilt_matrix(k_[TAU_X], k_[TAU_Y])), max_radius_(radius_of_growth(k_)) {
+    : K_(K),
+      k_(padded(distortion)),
+      tilt_(tilt_matrix(k_[TAU_X], k_[TAU_Y])),
+      max_radius_(radius_of_growth(k_)) {
   check_intrinsics(K);
 }
 
@@ -80,7 +85,8 @@ Mark Camera::project(const Eigen::Vector3d& point, Eigen::Vector2d& pixel) const
 Eigen::Vector2d Camera::distort(const Eigen::Vector2d& undistorted) const {
   const double x = undistorted.x(), y = undistorted.y();
   const double r2 = x * x + y * y, r4 = r2 * r2, r6 = r4 * r2;
-  const double radial = (1 + k_[K1] * r2 + k_[K2] * r4 + k_[K3] * r6) / (1 + k_[K4] * r2 + k_[K5] * r4 + k_[K6] * r6);
+  const double radial =
+      (1 + k_[K1] * r2 + k_[K2] * r4 + k_[K3] * r6) / (1 + k_[K4] * r2 + k_[K5] * r4 + k_[K6] * r6);
   const Eigen::Vector2d tangential(2 * k_[P1] * x * y + k_[P2] * (r2 + 2 * x * x),
                                    k_[P1] * (r2 + 2 * y * y) + 2 * k_[P2] * x * y);
   const Eigen::Vector2d prism(k_[S1] * r2 + k_[S2] * r4, k_[S3] * r2 + k_[S4] * r4);

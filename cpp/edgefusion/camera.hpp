@@ -20,8 +20,8 @@ enum class Mark : std::uint8_t {
 /// (k1, k2, p1, p2[, k3[, k4, k5, k6[, s1, s2, s3, s4[, tau_x, tau_y]]]]; or no coefficients at all).
 class Camera {
  public:
-  /// K: intrinsic matrix [px]. Throws std::invalid_argument for a K that is no intrinsic matrix, a value that is
-  /// not finite, or a count of coefficients other than 0, 4, 5, 8, 12 or 14.
+  /// K: intrinsic matrix [px]. Throws std::invalid_argument for a K that is no intrinsic matrix, a value that
+  /// is not finite, or a count of coefficients other than 0, 4, 5, 8, 12 or 14.
   Camera(const Eigen::Matrix3d& K, const std::vector<double>& distortion);
 
   /// Pixel of a point of the camera's frame (z forward, x right, y down) [m]; NaN unless kVisible.

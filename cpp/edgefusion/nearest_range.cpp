@@ -11,8 +11,8 @@ namespace {
 
 // Half the width of the moving mean: five beams follow a face or a corner and still average the noise.
 constexpr std::size_t kHalfWindow = 2;
-// The shape is itself estimated from the noisy beams; on flat faces, boxes and cylinders this puts the truth within
-// 2 sigma in 92 to 96 % of cases (benchmarks/distance.py).
+// The shape is itself estimated from the noisy beams; on flat faces, boxes and cylinders this puts the truth
+// within 2 sigma in 92 to 96 % of cases (benchmarks/distance.py).
 constexpr double kShapeUncertainty = 1.2;
 // Where the integral over the minimum's distribution begins and ends, in sigma about the shape's minimum.
 constexpr double kFrom = -5.0, kTo = 4.0;
@@ -69,8 +69,8 @@ Moments minimum_of(const std::vector<double>& shape, double sigma) {
   return {from + first, std::sqrt(std::max(0.0, second - first * first))};
 }
 
-// How much farther the neighbour of the nearest beam is. The surface is nearest somewhere between two beams: at an
-// end of the cluster half a step beyond on average, inside it a quarter.
+// How much farther the neighbour of the nearest beam is. The surface is nearest somewhere between two beams:
+// at an end of the cluster half a step beyond on average, inside it a quarter.
 double step_to_neighbour(const std::vector<double>& shape, std::size_t i, double& share) {
   const std::size_t last = shape.size() - 1;
   share = i == 0 || i == last ? 0.5 : 0.25;

@@ -63,8 +63,8 @@ Polynomial multiply(const Polynomial& a, const Polynomial& b) {
   return product;
 }
 
-// Between two turning points (sign changes of the derivative) a polynomial is monotonic, so bisection finds what is
-// there; the turning points come from the same function, one degree lower.
+// Between two turning points (sign changes of the derivative) a polynomial is monotonic, so bisection finds
+// what is there; the turning points come from the same function, one degree lower.
 std::vector<double> positive_sign_changes(const Polynomial& polynomial) {
   const Polynomial p = without_leading_zeros(polynomial);
   if (p.size() < 2) return {};

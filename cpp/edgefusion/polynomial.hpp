@@ -15,7 +15,7 @@ Polynomial add(const Polynomial& a, const Polynomial& b);
 Polynomial scale(Polynomial p, double factor);
 Polynomial multiply(const Polynomial& a, const Polynomial& b);
 
-/// Where the polynomial changes its sign for x > 0, rising.
+/// Where the polynomial changes its sign for x > 0, rising; where it only touches zero may count as well.
 std::vector<double> positive_sign_changes(const Polynomial& p);
 
 }  // namespace edgefusion

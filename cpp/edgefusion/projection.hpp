@@ -18,9 +18,9 @@ namespace edgefusion {
 void project(const double* points, std::size_t n, const Camera& camera, const Eigen::Matrix4d& T_camera_laser,
              double* pixels, std::uint8_t* marks);
 
-/// The paper's eqs. (2) and (3): x = width - (Y fx / X + cx), y = height - (Z fy / X + cy), from points in robot
-/// axes (X forward, Y left, Z up) with the camera as origin. It mirrors the principal point: right only where
-/// cx = width / 2 and cy = height / 2. NaN where X <= 0.
+/// The paper's eqs. (2) and (3): x = width - (Y fx / X + cx), y = height - (Z fy / X + cy), from points in
+/// robot axes (X forward, Y left, Z up) with the camera as origin. It mirrors the principal point: right only
+/// where cx = width / 2 and cy = height / 2. NaN where X <= 0.
 void project_paper(const double* points, std::size_t n, const Eigen::Matrix3d& K, int width, int height,
                    double* pixels);
 
