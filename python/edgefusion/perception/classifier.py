@@ -13,7 +13,14 @@ import numpy.typing as npt
 from edgefusion.errors import RefusedError
 from edgefusion.perception.golden import Golden, golden_picture
 from edgefusion.perception.model_folder import ModelFolder, load_model_folder, read_labels
-from edgefusion.perception.network import Network, RuntimeOptions, as_probabilities, needs_softmax, one_line
+from edgefusion.perception.network import (
+    Network,
+    RuntimeOptions,
+    as_probabilities,
+    fixed_size,
+    needs_softmax,
+    one_line,
+)
 from edgefusion.perception.preprocessing import PAPER, Boxes, Preprocessing, whole
 
 log = logging.getLogger(__name__)
@@ -161,10 +168,8 @@ def _from_folder(folder: ModelFolder, options: Optional[RuntimeOptions]) -> Clas
 def _from_file(path: Path, labels: Optional[Path], options: Optional[RuntimeOptions]) -> Classifier:
     if labels is None:
         raise RefusedError(f"{path}: expected a file of labels for a bare model, got none")
-    model = path.read_bytes()
-    size = Network(model, str(path), RuntimeOptions(provider="cpu")).size or PAPER.size
+    preprocessing = msgspec.structs.replace(PAPER, size=fixed_size(path) or PAPER.size)
     log.warning(
         "%s: nothing vouches for a bare model; `edgefusion model add` makes a model folder of it", path
     )
-    preprocessing = msgspec.structs.replace(PAPER, size=size)
-    return Classifier(model, str(path), read_labels(labels), preprocessing, options=options)
+    return Classifier(path.read_bytes(), str(path), read_labels(labels), preprocessing, options=options)

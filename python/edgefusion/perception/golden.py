@@ -18,8 +18,8 @@ from edgefusion.perception.onnx_header import Precision
 TOLERANCES: Mapping[Precision, float] = {"fp32": 1e-3, "fp16": 2e-2, "int8": 2e-2}
 """By how much a probability may differ between two runtimes."""
 
-CLEAR_LEAD = 0.1
-"""Lead of the first class over the second at which the search for a picture ends."""
+TELLS_ENOUGH = 0.1
+"""Of `telling`: the search for a picture ends there."""
 
 SEEDS = range(32)
 
@@ -77,6 +77,17 @@ def lead_of(answer: GoldenAnswer) -> float:
     """How far the first class is ahead of the second; of a single class, all the way."""
     best = answer.probabilities
     return best[0] - best[1] if len(best) > 1 else best[0]
+
+
+def least_lead(tolerance: float) -> float:
+    """With less, the first class could differ between two runtimes that are both within the tolerance."""
+    return 2 * tolerance
+
+
+def telling(answer: GoldenAnswer, tolerance: float) -> float:
+    """How much an answer says, up to 0.5: a doubtful one may turn over, a certain one hardly ever changes."""
+    lead = lead_of(answer)
+    return min(lead, 1 - answer.probabilities[0]) if lead > least_lead(tolerance) else -1 + lead
 
 
 def golden_picture(seed: int, size: int) -> npt.NDArray[np.uint8]:

@@ -24,14 +24,16 @@ import tomli_w
 
 from edgefusion.errors import RefusedError
 from edgefusion.perception.golden import (
-    CLEAR_LEAD,
     SEEDS,
+    TELLS_ENOUGH,
     TOLERANCES,
     Golden,
     GoldenAnswer,
     answer_of,
     golden_picture,
     lead_of,
+    least_lead,
+    telling,
 )
 from edgefusion.perception.network import Network, RuntimeOptions, as_probabilities, needs_softmax, one_line
 from edgefusion.perception.onnx_header import Precision
@@ -148,7 +150,7 @@ def make_model_folder(
         return answer_of(as_probabilities(outputs(picture), bool(softmax))[0])
 
     precision = precision or network.header.precision
-    picture = first if golden else _clearest(answer, preprocessing.size)
+    picture = first if golden else _telling(answer, preprocessing.size, precision)
     _expect_lead(golden or onnx_file, lead_of(answer(picture)), precision)
 
     files = {
@@ -243,25 +245,27 @@ def _encode(picture: npt.NDArray[np.uint8]) -> bytes:
     return bytes(cv2.imencode(".png", picture)[1])
 
 
-def _clearest(answer: Callable[[npt.NDArray[np.uint8]], GoldenAnswer], size: int) -> npt.NDArray[np.uint8]:
-    """The first made-up picture to which the network has a clear answer, else the one with the clearest."""
-    best, best_lead = golden_picture(SEEDS[0], size), -1.0
+def _telling(
+    answer: Callable[[npt.NDArray[np.uint8]], GoldenAnswer], size: int, precision: Precision
+) -> npt.NDArray[np.uint8]:
+    """The first made-up picture that tells enough, else the one that tells most."""
+    best, most = golden_picture(SEEDS[0], size), -1.0
     for seed in SEEDS:
         picture = golden_picture(seed, size)
-        lead = lead_of(answer(picture))
-        if lead > best_lead:
-            best, best_lead = picture, lead
-        if lead > CLEAR_LEAD:
+        tells = telling(answer(picture), TOLERANCES[precision])
+        if tells > most:
+            best, most = picture, tells
+        if tells > TELLS_ENOUGH:
             break
     return best
 
 
 def _expect_lead(source: Path, lead: float, precision: Precision) -> None:
-    """With less, the first class could change between two runtimes that are both right. NaN is refused too."""
-    least = 2 * TOLERANCES[precision]
+    """NaN is refused, too."""
+    least = least_lead(TOLERANCES[precision])
     if not lead > least:
         came = f"{lead:.2g}: give a golden picture that it knows"
-        raise RefusedError(f"{source}: expected a best class that leads by more than {least:g}, got {came}")
+        raise RefusedError(f"{source}: expected a best class with a lead above {least:g}, got {came}")
 
 
 def _write_whole(out_dir: Path, files: Dict[str, bytes]) -> ModelFolder:

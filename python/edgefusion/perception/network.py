@@ -4,6 +4,7 @@
 
 import logging
 import re
+from pathlib import Path
 from typing import Any, Dict, List, Literal, Optional, Tuple, get_args
 
 import msgspec
@@ -157,10 +158,17 @@ class Network:
         raise RefusedError(f"{self._source}: expected {expected}, got {came}")
 
 
+def fixed_size(path: Path) -> Optional[int]:
+    """The size that a network file is fixed to, None where it takes any. Raises RefusedError."""
+    if not path.is_file():
+        raise RefusedError(f"{path}: expected an ONNX file, got {'a folder' if path.exists() else 'nothing'}")
+    return Network(path.read_bytes(), str(path), RuntimeOptions(provider="cpu")).size
+
+
 def as_probabilities(outputs: npt.NDArray[np.float32], softmax: bool) -> npt.NDArray[np.float32]:
     """Outputs float32[n, classes] as probabilities; a row of which any is not finite becomes all NaN."""
     if softmax:
-        with np.errstate(invalid="ignore"):  # inf - inf: that row's answer is NaN, as wanted
+        with np.errstate(invalid="ignore", over="ignore"):  # inf - inf: the row becomes NaN
             powers = np.exp(outputs - outputs.max(axis=1, keepdims=True, initial=-np.inf))
             outputs = powers / powers.sum(axis=1, keepdims=True)
     return np.where(np.isfinite(outputs).all(axis=1, keepdims=True), outputs, np.float32(np.nan))

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Exports a classifier of torchvision as a model folder: `python models/export.py --help`."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+from typing import Any, Sequence, get_args
+
+import numpy as np
+
+from edgefusion.errors import RefusedError
+from edgefusion.perception.golden import golden_picture
+from edgefusion.perception.model_folder import make_model_folder, read_labels
+from edgefusion.perception.network import Network, RuntimeOptions, one_line
+from edgefusion.perception.preprocessing import IMAGENET_MEAN, IMAGENET_STD, Filter, Fit, Preprocessing, whole
+
+# ONNX Runtime 1.11, the last one for a Jetson TX2, reads opsets up to 16 and IR versions up to 8.
+OPSET, NEWEST_IR = 13, 8
+TOLERANCE = 1e-4
+EXAMPLES = """\
+examples:
+  python models/export.py --out models/resnet18
+      ResNet18 with torchvision's ImageNet weights, which it downloads
+  python models/export.py --weights mine.pth --labels mine.txt --out models/mine
+      a ResNet18 that was fine-tuned
+  python models/export.py --arch shufflenet_v2_x0_5 --random --labels labels.txt --size 128 --out models/tiny
+      a small network that knows nothing, for tests and demonstrations
+
+Exit status: 0 exported and checked, 2 refused (the reason is the last line).
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    args = _parser().parse_args(arguments)
+    try:
+        export(args)
+    except RefusedError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+def export(args: argparse.Namespace) -> None:
+    """From the arguments to the folder, a line of progress a step. Raises RefusedError."""
+    if args.out.exists():
+        raise RefusedError(f"{args.out}: expected a folder that is not there yet, got one that is")
+    preprocessing = _preprocessing(args)
+    torch, torchvision = _import_torch()
+    model, labels, origin = _build(torch, torchvision, args)
+    if args.random:
+        _enliven(torch, model, preprocessing)
+    print(f"{args.arch}: {len(labels)} classes, {origin}")
+
+    with tempfile.TemporaryDirectory() as folder:
+        onnx_file = Path(folder) / f"{args.arch}.onnx"
+        _export_onnx(torch, model, onnx_file, args.size, args.fixed_size)
+        print(_describe(onnx_file))
+        difference = _compare(torch, model, onnx_file, args.size, args.fixed_size)
+        print(f"agrees with torch: largest difference of an output {difference:.2g}, permitted {TOLERANCE:g}")
+        made = make_model_folder(
+            onnx_file,
+            labels,
+            args.out,
+            name=args.name or args.arch,
+            origin=origin,
+            licence=args.licence,
+            preprocessing=preprocessing,
+            golden=args.golden,
+        )
+    answer = made.manifest.golden
+    print(f"golden answer: {labels[answer.classes[0]]} ({answer.probabilities[0]:.4f})")
+    print(f"{args.out}: {sum(file.stat().st_size for file in args.out.iterdir()) / 1e6:.1f} MB")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add = parser.add_argument
+    add("--out", type=Path, required=True, help="the model folder to make; it must not exist")
+    add(
+        "--arch",
+        default="resnet18",
+        help="any classifier of torchvision, by its function's name (default: %(default)s)",
+    )
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument(
+        "--weights", type=Path, help="a state dict (.pth); default: torchvision's, downloaded"
+    )
+    source.add_argument("--random", action="store_true", help="no training at all: for tests")
+    add("--seed", type=int, default=0, help="of --random (default: %(default)s)")
+    add("--labels", type=Path, help="one class a line, in the order of the outputs; default: torchvision's")
+    add("--name", help="default: the architecture's")
+    add("--licence", default="BSD-3-Clause", help="default: torchvision's, %(default)s")
+    add("--golden", type=Path, help="a picture that the network knows; default: a made-up one")
+    add(
+        "--fixed-size",
+        action="store_true",
+        help="for networks that cannot take images of any size (ViT, VGG)",
+    )
+    add("--size", type=int, default=256, help="side of the input, pixels (default: %(default)s)")
+    add(
+        "--fit",
+        choices=get_args(Fit),
+        default="squash",
+        help="how a box becomes a square (default: the paper's)",
+    )
+    add(
+        "--filter",
+        choices=get_args(Filter),
+        default="antialias",
+        help="how it is resized (default: %(default)s)",
+    )
+    add("--crop-fraction", type=float, default=1.0, help="for shorter-side+centre; torchvision's is 0.875")
+    return parser
+
+
+def _preprocessing(args: argparse.Namespace) -> Preprocessing:
+    return Preprocessing(
+        size=args.size,
+        fit=args.fit,
+        filter=args.filter,
+        mean=IMAGENET_MEAN,
+        std=IMAGENET_STD,
+        crop_fraction=args.crop_fraction,
+    )
+
+
+def _import_torch() -> tuple[Any, Any]:
+    try:
+        import onnx  # noqa: F401 (torch's exporter needs it, and would say so only at its end)
+        import torch
+
+        from torchvision_cpu import import_torchvision  # type: ignore[import-not-found] # beside this file
+
+        return torch, import_torchvision()
+    except (ImportError, RuntimeError) as error:
+        expected = "expected torch, torchvision and onnx (pip install 'edgefusion[cpu,export]')"
+        raise RefusedError(f"export: {expected}, got: {one_line(error)}") from error
+
+
+def _build(torch: Any, torchvision: Any, args: argparse.Namespace) -> tuple[Any, Sequence[str], str]:
+    """The network ready to run, its labels, and where it comes from."""
+    models, version = torchvision.models, f"torchvision {torchvision.__version__.split('+')[0]}"
+    if args.arch not in models.list_models(module=models):
+        raise RefusedError(f"--arch: expected a classifier of {version}, got {args.arch}")
+    weights = models.get_model_weights(args.arch).DEFAULT
+    labels = read_labels(args.labels) if args.labels else weights.meta["categories"]
+    torch.manual_seed(args.seed)
+    if args.random:
+        model = models.get_model(args.arch, weights=None, num_classes=len(labels))
+        return model.eval(), labels, f"{version}, random weights, seed {args.seed}"
+    if args.weights:
+        model = models.get_model(args.arch, weights=None, num_classes=len(labels))
+        _load(torch, model, args.weights)
+        return model.eval(), labels, f"{version}, weights of {args.weights.name}"
+    known = len(weights.meta["categories"])
+    if len(labels) != known:
+        raise RefusedError(f"{args.labels}: expected {known} labels for {weights}, got {len(labels)}")
+    return _download(models, args.arch, weights).eval(), labels, f"{version}, {weights}"
+
+
+def _download(models: Any, arch: str, weights: Any) -> Any:
+    try:
+        return models.get_model(arch, weights=weights)
+    except (OSError, RuntimeError) as error:  # no network, or a download that broke off
+        hint = "--weights FILE takes them from a file, --random needs none"
+        raise RefusedError(f"{weights.url}: expected the weights, got: {one_line(error)}; {hint}") from error
+
+
+def _load(torch: Any, model: Any, path: Path) -> None:
+    try:
+        state = torch.load(path, map_location="cpu", weights_only=True)
+        for wrapper in ("model", "state_dict"):  # as training scripts save them
+            state = state.get(wrapper, state)
+        model.load_state_dict(state)
+    except Exception as error:
+        raise RefusedError(
+            f"{path}: expected weights for this network, got: {one_line(error)[:300]}"
+        ) from error
+
+
+def _enliven(torch: Any, model: Any, preprocessing: Preprocessing) -> None:
+    """Gives an untrained network answers that differ clearly from picture to picture.
+
+    Fresh weights alone answer nearly the same to everything, and no golden answer could tell two such
+    networks apart: the batch norms learn their statistics from made-up pictures, the last layer is scaled.
+    """
+    size = preprocessing.size
+    pictures = [golden_picture(1000 + seed, size) for seed in range(16)]
+    batch = torch.from_numpy(np.concatenate([preprocessing.apply(p, whole(p)) for p in pictures]))
+    norms = [m for m in model.modules() if isinstance(m, torch.nn.modules.batchnorm._BatchNorm)]
+    kinds = (torch.nn.Linear, torch.nn.Conv2d)
+    last = [m for m in model.modules() if isinstance(m, kinds)][-1]
+    with torch.no_grad():
+        for norm in norms:
+            norm.train()
+            norm.momentum = None  # the plain mean over what it sees
+        model(batch)
+        model.eval()
+        outputs = model(batch)
+        scale = 2 / max(float((outputs - outputs.mean(0)).std()), 1e-12)
+        last.weight *= scale
+        if last.bias is not None:
+            last.bias -= outputs.mean(0)
+            last.bias *= scale
+
+
+def _export_onnx(torch: Any, model: Any, path: Path, size: int, fixed_size: bool) -> None:
+    axes = {0: "batch"} if fixed_size else {0: "batch", 2: "height", 3: "width"}
+    try:
+        with warnings.catch_warnings(), torch.no_grad():
+            # The newer exporter cannot write an opset that is old enough; torch warns that this one is older.
+            warnings.simplefilter("ignore")
+            torch.onnx.export(
+                model,
+                (torch.zeros(1, 3, size, size),),
+                str(path),
+                opset_version=OPSET,
+                input_names=["input"],
+                output_names=["logits"],
+                dynamic_axes={"input": axes, "logits": {0: "batch"}},
+                **_old_exporter(torch),
+            )
+    except Exception as error:
+        came = one_line(error)[:300] + ("" if fixed_size else "; --fixed-size may help")
+        raise RefusedError(f"export: expected a network that can be written, got: {came}") from error
+
+
+def _old_exporter(torch: Any) -> dict[str, bool]:
+    """Older versions of torch know neither the newer exporter nor this switch."""
+    return {"dynamo": False} if "dynamo" in inspect.signature(torch.onnx.export).parameters else {}
+
+
+def _describe(onnx_file: Path) -> str:
+    """Versions and left-over batch norms of an ONNX file. Raises RefusedError for too new ones."""
+    import onnx
+
+    model = onnx.load(str(onnx_file))
+    opset = model.opset_import[0].version
+    if opset > OPSET or model.ir_version > NEWEST_IR:
+        expected = f"expected opset {OPSET} and IR version {NEWEST_IR} at most"
+        raise RefusedError(f"export: {expected}, got {opset} and {model.ir_version}")
+    norms = sum(node.op_type == "BatchNormalization" for node in model.graph.node)
+    folded = f"{norms} batch norms that no convolution precedes" if norms else "all batch norms folded"
+    return f"opset {opset}, IR version {model.ir_version}, {len(model.graph.node)} operators, {folded}"
+
+
+def _compare(torch: Any, model: Any, onnx_file: Path, size: int, fixed_size: bool) -> float:
+    """The largest difference to torch over several shapes, relative to large outputs. Raises RefusedError."""
+    network = Network(onnx_file.read_bytes(), onnx_file.name, RuntimeOptions(provider="cpu"))
+    rng = np.random.default_rng(0)
+    shapes = [(1, size, size), (3, size, size), (8, size, size)]
+    if not fixed_size:
+        shapes += [(2, size + 32, size), (1, size, 2 * size)]
+    largest = 0.0
+    for n, height, width in shapes:
+        batch = rng.standard_normal((n, 3, height, width), np.float32)
+        with torch.no_grad():
+            expected = model(torch.from_numpy(batch)).numpy()
+        difference = float(np.abs(network.run(batch) - expected).max() / max(1.0, np.abs(expected).max()))
+        if not difference <= TOLERANCE:
+            came = f"{difference:.2g} for a batch of {n} at {height} x {width}"
+            raise RefusedError(
+                f"export: expected torch's outputs within {TOLERANCE:g}, got a difference of {came}"
+            )
+        largest = max(largest, difference)
+    return largest
+
+
+if __name__ == "__main__":
+    sys.exit(main())
