@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any, List, Literal, Type, TypeVar
+from typing import Any, Literal, Tuple, Type, TypeVar
 
 import msgspec
 
@@ -40,7 +40,7 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     objects: Count = 8
 
     # Candidate boxes: heights as pixel height / pixel width, or in metres above the bottom edge.
-    heights: Annotated[List[Positive], msgspec.Meta(min_length=1)] = [0.6, 1.0, 1.6]
+    heights: Annotated[Tuple[Positive, ...], msgspec.Meta(min_length=1)] = (0.6, 1.0, 1.6)
     heights_in: Literal["widths", "metres"] = "widths"
     # Box k is 1 + k * width_step times as wide as the cluster.
     width_step: Annotated[float, msgspec.Meta(ge=0)] = 0.0

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Which clusters may be objects that the camera sees, and the boxes that may hold each: steps 5 and 6."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from edgefusion._core import candidate_boxes
+from edgefusion.config import PerceptionConfig
+from edgefusion.perception.calibration import Calibration
+from edgefusion.perception.clusters import find_clusters
+from edgefusion.types import Cluster, Scan
+
+Matrix = npt.NDArray[np.float64]
+Boxes = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A cluster that the camera sees, and the boxes int32[k, 4] that may hold it."""
+
+    cluster: Cluster
+    boxes: Boxes
+
+
+def find_candidates(
+    scan: Scan, T_camera_laser: Matrix, calibration: Calibration, config: PerceptionConfig
+) -> list[Candidate]:
+    """The nearest clusters that are no wall and project into the image, nearest first.
+
+    T_camera_laser: from laser coordinates at the scan's stamp into camera coordinates at the frame's.
+    """
+    candidates: list[Candidate] = []
+    for cluster in find_clusters(scan, config):
+        if len(candidates) == config.objects:
+            break
+        if cluster.width_m > config.max_object_width_m:
+            continue
+        boxes = _boxes(scan, cluster, T_camera_laser, calibration, config)
+        if len(boxes):
+            candidates.append(Candidate(cluster, boxes))
+    return candidates
+
+
+def batch_of(candidates: list[Candidate]) -> Boxes:
+    """The boxes of all candidates, int32[n, 4]."""
+    return np.concatenate([candidate.boxes for candidate in candidates] or [np.empty((0, 4), np.int32)])
+
+
+def split(rows: Matrix, candidates: list[Candidate]) -> list[Matrix]:
+    """The rows of a batch that belong to each candidate."""
+    ends = np.cumsum([len(candidate.boxes) for candidate in candidates])
+    return np.split(rows, ends)[:-1] if candidates else []
+
+
+def _boxes(
+    scan: Scan, cluster: Cluster, T_camera_laser: Matrix, calibration: Calibration, config: PerceptionConfig
+) -> Boxes:
+    width, height = calibration.image_size
+    boxes, _ = candidate_boxes(
+        scan.ranges_m[cluster.indices],
+        scan.angle_min + scan.angle_increment * cluster.indices,
+        abs(scan.angle_increment),
+        calibration.camera,
+        T_camera_laser,
+        calibration.to_ground,
+        width,
+        height,
+        config.heights,
+        heights_are_metric=config.heights_in == "metres",
+        width_step=config.width_step,
+        on_ground=config.bottom == "ground",
+        min_visible=config.min_visible,
+    )
+    return boxes
