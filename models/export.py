@@ -32,7 +32,7 @@ examples:
   python models/export.py --arch shufflenet_v2_x0_5 --random --labels labels.txt --size 128 --out models/tiny
       a small network that knows nothing, for tests and demonstrations
 
-Exit status: 0 exported and checked, 2 refused (the reason is the last line).
+Exit status: 0 exported and checked, 2 refused; the last line says why.
 """
 
 
@@ -69,7 +69,7 @@ def export(args: argparse.Namespace) -> None:
             args.out,
             name=args.name or args.arch,
             origin=origin,
-            licence=args.licence,
+            licence=args.licence or ("unknown" if args.weights else "BSD-3-Clause"),
             preprocessing=preprocessing,
             golden=args.golden,
         )
@@ -97,12 +97,12 @@ def _parser() -> argparse.ArgumentParser:
     add("--seed", type=int, default=0, help="of --random (default: %(default)s)")
     add("--labels", type=Path, help="one class a line, in the order of the outputs; default: torchvision's")
     add("--name", help="default: the architecture's")
-    add("--licence", default="BSD-3-Clause", help="default: torchvision's, %(default)s")
+    add("--licence", help="of the weights (default: torchvision's, BSD-3-Clause; unknown with --weights)")
     add("--golden", type=Path, help="a picture that the network knows; default: a made-up one")
     add(
         "--fixed-size",
         action="store_true",
-        help="for networks that cannot take images of any size (ViT, VGG)",
+        help="for networks that cannot take images of any size, as VGG",
     )
     add("--size", type=int, default=256, help="side of the input, pixels (default: %(default)s)")
     add(
@@ -215,8 +215,8 @@ def _enliven(torch: Any, model: Any, preprocessing: Preprocessing) -> None:
 def _export_onnx(torch: Any, model: Any, path: Path, size: int, fixed_size: bool) -> None:
     axes = {0: "batch"} if fixed_size else {0: "batch", 2: "height", 3: "width"}
     try:
+        # The newer exporter cannot write an opset that is old enough; torch warns that this one is older.
         with warnings.catch_warnings(), torch.no_grad():
-            # The newer exporter cannot write an opset that is old enough; torch warns that this one is older.
             warnings.simplefilter("ignore")
             torch.onnx.export(
                 model,
