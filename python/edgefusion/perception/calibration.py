@@ -77,17 +77,18 @@ class Calibration:
     """From a laser point straight down to the ground, in the laser's frame [m], [3]."""
 
     def __post_init__(self) -> None:
+        if not 0 < self.laser_height_m < 10:
+            raise ValueError(f"laser_height_m: expected above 0 and below 10 m, got {self.laser_height_m}")
         for name, shape in (("K", (3, 3)), ("T_camera_laser", (4, 4)), ("T_base_laser", (4, 4))):
             object.__setattr__(self, name, _matrix(name, getattr(self, name), shape))
         _check_image_size(self.image_size)
         _check_principal_point(self.K, self.image_size)
         _check_rigid("T_camera_laser", self.T_camera_laser)
         _check_rigid("T_base_laser", self.T_base_laser)
-        if not 0 < self.laser_height_m < 10:
-            raise ValueError(f"laser_height_m: expected above 0 and below 10 m, got {self.laser_height_m}")
         down = self.T_base_laser[:3, :3].T @ np.array([0.0, 0.0, -self.laser_height_m])
         object.__setattr__(self, "to_ground", read_only(down))
         object.__setattr__(self, "camera", Camera(self.K, list(self.distortion)))
+        _check_upright(self)
         _check_laser_in_view(self)
 
 
@@ -107,10 +108,10 @@ def _from_toml(path: Path) -> Calibration:
     level[2, 3] = content.laser_height_m
     return Calibration(
         image_size=content.image_size,
-        K=np.array(content.K, float),
+        K=content.K,  # type: ignore[arg-type]  # a matrix once it is checked
         distortion=tuple(content.distortion),
-        T_camera_laser=np.array(content.T_camera_laser, float),
-        T_base_laser=level if content.T_base_laser is None else np.array(content.T_base_laser, float),
+        T_camera_laser=content.T_camera_laser,  # type: ignore[arg-type]
+        T_base_laser=level if content.T_base_laser is None else content.T_base_laser,  # type: ignore[arg-type]
         laser_height_m=content.laser_height_m,
         camera_latency_ns=content.camera_latency_ns,
         laser_latency_ns=content.laser_latency_ns,
@@ -122,13 +123,15 @@ def _from_json(path: Path) -> Calibration:
         content = convert(json.loads(path.read_text(encoding="utf-8")), FolderCalibrationFile, path)
     except OSError as error:
         raise RefusedError(f"{path}: cannot be read: {error.strerror}") from error
+    except json.JSONDecodeError as error:
+        raise RefusedError(f"{path}: not JSON: {error}") from error
     T_camera_laser, T_base_laser = np.eye(4), np.eye(4)
     T_camera_laser[:3, :3] = _matrix("laser_to_camera.R", content.laser_to_camera.R, (3, 3))
     T_camera_laser[:3, 3] = _matrix("laser_to_camera.t", content.laser_to_camera.t, (3,))
     T_base_laser[2, 3] = content.laser_height_m
     return Calibration(
         image_size=content.image_size,
-        K=np.array(content.K, float),
+        K=content.K,  # type: ignore[arg-type]  # a matrix once it is checked
         distortion=tuple(content.distortion),
         T_camera_laser=T_camera_laser,
         T_base_laser=T_base_laser,
@@ -166,6 +169,16 @@ def _check_rigid(name: str, T: Matrix) -> None:
         raise ValueError(f"{name}: expected a rotation (orthonormal, determinant +1), got {R.round(4).tolist()}")
     if (T[3] != (0, 0, 0, 1)).any():
         raise ValueError(f"{name}: expected [0, 0, 0, 1] as last row, got {T[3].tolist()}")
+
+
+def _check_upright(calibration: Calibration) -> None:
+    """Boxes stand on the ground and are as wide as the scan: no camera that lies on its side."""
+    down = calibration.T_camera_laser[:3, :3] @ (calibration.to_ground / calibration.laser_height_m)
+    if down[1] < np.cos(np.radians(60)):
+        raise ValueError(
+            "T_camera_laser: expected the camera upright (the ground within 60 degrees of the image's down), "
+            f"got {np.degrees(np.arccos(np.clip(down[1], -1, 1))):.0f} degrees"
+        )
 
 
 def _check_laser_in_view(calibration: Calibration) -> None:

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The configuration is strict: what it does not know or cannot be is refused with the file and the key."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from edgefusion.config import Config, load_config
+from edgefusion.errors import RefusedError
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_no_file_means_the_defaults() -> None:
+    assert load_config(None) == Config()
+
+
+def test_a_file_changes_only_what_it_names(tmp_path: Path) -> None:
+    config = load_config(write(tmp_path / "c.toml", "version = 1\n[perception]\neps_m = 0.2\nheights = [1.0, 2]\n"))
+    assert config.perception.eps_m == 0.2
+    assert config.perception.heights == (1.0, 2.0)
+    assert config.perception.min_points == Config().perception.min_points
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("[perception]\nepsilon = 1\n", "unknown field `epsilon`"),
+        ("[perception]\neps_m = 'wide'\n", r"Expected `float`, got `str` - at `\$.perception.eps_m`"),
+        ("[perception]\neps_m = 0\n", r"Expected `float` > 0.0 - at `\$.perception.eps_m`"),
+        ("[perception]\nheights = []\n", r"length >= 1 - at `\$.perception.heights`"),
+        ("[perception]\nfeatures = 'xyz'\n", r"Invalid enum value 'xyz' - at `\$.perception.features`"),
+        ("[perception]\nmin_score = 1.5\n", r"at `\$.perception.min_score`"),
+        ("version = 2\n", r"version"),
+        ("[perception\n", "not TOML: .*line 1"),
+    ],
+)
+def test_a_bad_file_is_refused_in_one_line_with_its_name(tmp_path: Path, text: str, expected: str) -> None:
+    path = write(tmp_path / "robot.toml", text)
+    with pytest.raises(RefusedError, match=expected) as refused:
+        load_config(path)
+    assert str(refused.value).startswith(f"{path}: ")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(RefusedError, match=r"none.toml: cannot be read: No such file"):
+        load_config(tmp_path / "none.toml")
