@@ -103,7 +103,7 @@ def read_image(path: Path) -> npt.NDArray[np.uint8]:
 
 def _read_scans(path: Path) -> dict[str, npt.NDArray[np.float64]]:
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             scans = {name: np.asarray(archive[name], float) for name in archive.files}
     except FileNotFoundError:
         raise RefusedError(f"{path}: missing") from None
