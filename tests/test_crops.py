@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Crops are what Pillow or OpenCV would give, normalized, wherever the box, however the image lies in memory."""
+"""Crops are what Pillow or OpenCV would give, normalized, however box and image lie."""
 
 import itertools
 import sys
