@@ -14,13 +14,13 @@
 namespace edgefusion {
 namespace {
 
+EDGEFUSION_AVX2 inline __m256i load(const void* from) {
+  return _mm256_loadu_si256(static_cast<const __m256i*>(from));
+}
+
 EDGEFUSION_AVX2 inline __m256i load_halves(const std::uint8_t* low, const std::uint8_t* high) {
   const __m256i both = _mm256_castsi128_si256(_mm_loadu_si128(reinterpret_cast<const __m128i*>(low)));
   return _mm256_inserti128_si256(both, _mm_loadu_si128(reinterpret_cast<const __m128i*>(high)), 1);
-}
-
-EDGEFUSION_AVX2 inline __m256i load(const void* from) {
-  return _mm256_loadu_si256(static_cast<const __m256i*>(from));
 }
 
 EDGEFUSION_AVX2 inline void store_channel(__m256i sums, const Affine& affine, int channel, float* out) {
@@ -46,39 +46,52 @@ EDGEFUSION_AVX2 void enlarge(const std::uint8_t* row, const FixedTaps& columns, 
   }
 }
 
-// From B G R b g r to the 16-bit pairs (B b) (G g) (R r), which one multiply-add weighs and sums.
+// From B G R b g r in each half to the 16-bit pairs (B b) (G g) (R r), which one multiply-add weighs and
+// sums.
 EDGEFUSION_AVX2 inline __m256i weighed(__m256i pixels, __m256i weights) {
   const __m256i order = _mm256_setr_epi8(0, -1, 3, -1, 1, -1, 4, -1, 2, -1, 5, -1, -1, -1, -1, -1,  //
                                          0, -1, 3, -1, 1, -1, 4, -1, 2, -1, 5, -1, -1, -1, -1, -1);
   return _mm256_madd_epi16(_mm256_shuffle_epi8(pixels, order), weights);
 }
 
-// Outputs i and i + 4 in the halves of one register: B G R and nothing, turned into channels in the end.
+// B, G, R and nothing of outputs k and k + 4 of a block, in the halves of of[k].
+struct Sums {
+  __m256i of[4];
+};
+
+EDGEFUSION_AVX2 inline Sums sum_pairs(const std::uint8_t* row, const std::int32_t* offsets,
+                                      const std::int16_t* weights) {
+  const __m256i w = load(weights);
+  return {{weighed(load_halves(row + offsets[0], row + offsets[4]), _mm256_shuffle_epi32(w, 0x00)),
+           weighed(load_halves(row + offsets[1], row + offsets[5]), _mm256_shuffle_epi32(w, 0x55)),
+           weighed(load_halves(row + offsets[2], row + offsets[6]), _mm256_shuffle_epi32(w, 0xAA)),
+           weighed(load_halves(row + offsets[3], row + offsets[7]), _mm256_shuffle_epi32(w, 0xFF))}};
+}
+
+EDGEFUSION_AVX2 inline void store_channels(const Sums& sums, const Affine& affine, float* rgb, int plane) {
+  const __m256i bg01 = _mm256_unpacklo_epi32(sums.of[0], sums.of[1]);
+  const __m256i bg23 = _mm256_unpacklo_epi32(sums.of[2], sums.of[3]);
+  const __m256i r01 = _mm256_unpackhi_epi32(sums.of[0], sums.of[1]);
+  const __m256i r23 = _mm256_unpackhi_epi32(sums.of[2], sums.of[3]);
+  store_channel(_mm256_unpacklo_epi64(r01, r23), affine, 0, rgb);
+  store_channel(_mm256_unpackhi_epi64(bg01, bg23), affine, 1, rgb + plane);
+  store_channel(_mm256_unpacklo_epi64(bg01, bg23), affine, 2, rgb + 2 * plane);
+}
+
+// Any number of pairs, wherever they are.
 EDGEFUSION_AVX2 void reduce(const std::uint8_t* row, const FixedTaps& columns, const Affine& affine,
                             float* rgb) {
   const int count = columns.count;
-  const std::ptrdiff_t bytes = 6 * columns.pairs;
-  for (int x = 0; x < count; x += FixedTaps::kBlock) {
-    const std::int32_t* offsets = columns.offsets.data() + x;
+  const std::int32_t* offsets = columns.offsets.data();
+  for (int x = 0; x < count; x += FixedTaps::kBlock, offsets += FixedTaps::kBlock) {
     const std::int16_t* weights = columns.weights.data() + 2 * x;
-    __m256i sum0 = _mm256_setzero_si256(), sum1 = sum0, sum2 = sum0, sum3 = sum0;
-    for (std::ptrdiff_t i = 0; i < bytes; i += 6, weights += 2 * count) {
-      const std::uint8_t* from = row + i;
-      const __m256i w = load(weights);
-      const __m256i p0 = load_halves(from + offsets[0], from + offsets[4]);
-      const __m256i p1 = load_halves(from + offsets[1], from + offsets[5]);
-      const __m256i p2 = load_halves(from + offsets[2], from + offsets[6]);
-      const __m256i p3 = load_halves(from + offsets[3], from + offsets[7]);
-      sum0 = _mm256_add_epi32(sum0, weighed(p0, _mm256_shuffle_epi32(w, 0x00)));
-      sum1 = _mm256_add_epi32(sum1, weighed(p1, _mm256_shuffle_epi32(w, 0x55)));
-      sum2 = _mm256_add_epi32(sum2, weighed(p2, _mm256_shuffle_epi32(w, 0xAA)));
-      sum3 = _mm256_add_epi32(sum3, weighed(p3, _mm256_shuffle_epi32(w, 0xFF)));
+    Sums sums = sum_pairs(row, offsets, weights);
+    for (int pair = 1; pair < columns.pairs; ++pair) {
+      weights += 2 * count;
+      const Sums more = sum_pairs(row + 6 * pair, offsets, weights);
+      for (int k = 0; k < 4; ++k) sums.of[k] = _mm256_add_epi32(sums.of[k], more.of[k]);
     }
-    const __m256i bg01 = _mm256_unpacklo_epi32(sum0, sum1), bg23 = _mm256_unpacklo_epi32(sum2, sum3);
-    const __m256i r01 = _mm256_unpackhi_epi32(sum0, sum1), r23 = _mm256_unpackhi_epi32(sum2, sum3);
-    store_channel(_mm256_unpacklo_epi64(r01, r23), affine, 0, rgb + x);
-    store_channel(_mm256_unpackhi_epi64(bg01, bg23), affine, 1, rgb + count + x);
-    store_channel(_mm256_unpacklo_epi64(bg01, bg23), affine, 2, rgb + 2 * count + x);
+    store_channels(sums, affine, rgb + x, count);
   }
 }
 
