@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Three crops of one image, to 256 x 256 and normalized, against what Pillow and OpenCV take on one thread."""
+"""Three crops of one image, to 256 x 256 and normalized, against Pillow and OpenCV on one thread."""
 
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
-from timing import Row, interleaved
 
 from edgefusion._core import crops
+from timing import Row, interleaved
 
-Pixels = npt.NDArray[np.uint8]
-Floats = npt.NDArray[np.float32]
+Pixels = npt.NDArray[Any]
+Floats = npt.NDArray[Any]
 Boxes = List[Tuple[int, int, int, int]]
 
 SIZE = 256
