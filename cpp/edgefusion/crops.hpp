@@ -10,7 +10,7 @@
 
 namespace edgefusion {
 
-/// How a box of any shape becomes a square.
+/// How a box of any shape becomes a square; to the pixel in window.hpp.
 enum class Fit {
   kSquash,             ///< stretched to the square (the paper)
   kLetterbox,          ///< whole box, its shape kept, padded with the mean colour

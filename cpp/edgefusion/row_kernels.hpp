@@ -24,7 +24,7 @@ struct RowKernels {
   /// out[x] = sum over t < n of weights[t] * rows[t][x], for x < count, added up in this order.
   void (*down)(const float* const* rows, const float* weights, int n, int count, float* out);
 
-  static constexpr int kSlack = 2;
+  static constexpr int kSlack = 5;
 };
 
 /// Plain C++, which compilers turn into NEON on ARMv8-A.

@@ -20,20 +20,21 @@ void resize(Taps& taps, int count, int width) {
 void make_triangles(const Span& span, Taps& taps) {
   const double scale = static_cast<double>(span.length) / static_cast<double>(span.resized);
   const double support = std::max(1.0, scale);
+  const double slope = 1 / support;
   const int width = static_cast<int>(std::min<double>(span.length, std::ceil(2 * support)));
   resize(taps, span.count, width);
   float* weights = taps.weights.data();
   for (int i = 0; i < span.count; ++i, weights += width) {
     const double centre = (static_cast<double>(span.skipped + i) + 0.5) * scale;
-    const int first =
-        std::clamp(static_cast<int>(std::floor(centre - support + 0.5)), 0, span.length - width);
+    const int first = std::clamp(static_cast<int>(centre - support + 0.5), 0, span.length - width);
     double sum = 0;
     for (int t = 0; t < width; ++t) {
-      const double weight = std::max(0.0, 1 - std::abs(first + t + 0.5 - centre) / support);
+      const double weight = std::max(0.0, 1 - std::abs(first + t + 0.5 - centre) * slope);
       weights[t] = static_cast<float>(weight);
       sum += weight;
     }
-    for (int t = 0; t < width; ++t) weights[t] = static_cast<float>(weights[t] / sum);
+    const double whole = 1 / sum;
+    for (int t = 0; t < width; ++t) weights[t] = static_cast<float>(weights[t] * whole);
     taps.first[static_cast<std::size_t>(i)] = first;
   }
 }
@@ -72,10 +73,29 @@ void round_weights(const float* weights, int width, int places, std::int16_t* fi
   int before = 0;
   for (int t = 0; t < width; ++t) {
     sum += weights[t];
-    const int now = t + 1 < width ? static_cast<int>(std::lrint(sum * one)) : static_cast<int>(one);
+    const int now = static_cast<int>(t + 1 < width ? sum * one + 0.5f : one);
     fixed[static_cast<std::size_t>(t / 2) * pair_stride + static_cast<std::size_t>(t % 2)] =
         static_cast<std::int16_t>(now - before);
     before = now;
+  }
+}
+
+bool share_16_bytes(const FixedTaps& fixed) {
+  constexpr int kReach = 3 * 3;  // that of the last of four outputs, whose pair ends within 6 bytes
+  if (fixed.pairs > 1) return false;
+  for (std::size_t i = 0; i < fixed.offsets.size(); i += 4)
+    if (fixed.offsets[i + 3] - fixed.offsets[i] > kReach) return false;
+  return true;
+}
+
+void make_shuffles(FixedTaps& fixed) {
+  fixed.shuffles.clear();
+  if (!share_16_bytes(fixed)) return;
+  fixed.shuffles.resize(4 * fixed.offsets.size(), FixedTaps::kNone);
+  for (std::size_t i = 0; i < fixed.offsets.size(); ++i) {
+    const auto place = static_cast<std::uint8_t>(fixed.offsets[i] - fixed.offsets[i - i % 4]);
+    fixed.shuffles[4 * i] = place;
+    fixed.shuffles[4 * i + 2] = static_cast<std::uint8_t>(place + 3);
   }
 }
 
@@ -96,12 +116,13 @@ void make_fixed(const Taps& taps, FixedTaps& fixed) {
   fixed.count = static_cast<int>(count);
   fixed.pairs = (taps.width + 1) / 2;
   fixed.unit = std::ldexp(1.0f, -places);
-  fixed.offsets.assign(count, 0);
+  fixed.offsets.assign(count, 3 * taps.first.back());
   fixed.weights.assign(static_cast<std::size_t>(fixed.pairs) * count * 2, 0);
   for (std::size_t i = 0; i < outputs; ++i) {
     fixed.offsets[i] = 3 * taps.first[i];
     round_weights(&taps.weights[i * width], taps.width, places, &fixed.weights[2 * i], 2 * count);
   }
+  make_shuffles(fixed);
 }
 
 }  // namespace edgefusion

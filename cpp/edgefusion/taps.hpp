@@ -35,6 +35,12 @@ struct FixedTaps {
   float unit = 0;                     ///< what a sum has to be multiplied by
   std::vector<std::int32_t> offsets;  ///< of each output: bytes from the span's first pixel to the first tap
   std::vector<std::int16_t> weights;  ///< [pairs][count][2]
+
+  /// Where images are enlarged, four outputs find their only pairs in the same 16 bytes. Of each output: the
+  /// places of its two blue bytes, counted from the first of the four outputs, each followed by kNone. Else
+  /// empty.
+  std::vector<std::uint8_t> shuffles;
+  static constexpr std::uint8_t kNone = 0x80;
 };
 
 /// `fixed` is written, its memory reused.

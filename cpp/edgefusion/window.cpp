@@ -57,7 +57,7 @@ Window window_of(const Box& box, const Image& image, const CropOptions& options)
       return {with_context(box.x0, w, longer, image.width, size),
               with_context(box.y0, h, longer, image.height, size)};
     case Fit::kShorterSideCentre: {
-      const Int resized = std::llround(size / options.crop_fraction);
+      const Int resized = std::llrint(size / options.crop_fraction);
       return {centred(box.x0, w, shorter, resized, size), centred(box.y0, h, shorter, resized, size)};
     }
     case Fit::kSquash:
