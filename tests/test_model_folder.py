@@ -122,11 +122,11 @@ def test_an_impossible_value_is_refused(folder):
 
 
 def test_a_newer_format_is_refused_as_such(folder):
-    edit(folder, lambda table: table.update(format=2))
-    assert "expected format = 1, got 2: made by a newer edgefusion" in refusal(folder)
+    edit(folder, lambda table: table.update(version=2))
+    assert "expected version = 1, got 2: made by a newer edgefusion" in refusal(folder)
 
 
-@pytest.mark.parametrize("text", ["", "format =", 'format = "1"', "format = 1", "\x00"])
+@pytest.mark.parametrize("text", ["", "version =", 'version = "1"', "version = 1", "\x00"])
 def test_a_manifest_that_is_none_is_refused(folder, text):
     (folder / "manifest.toml").write_text(text)
     assert "manifest.toml" in refusal(folder)

@@ -73,7 +73,7 @@ class Checksums(
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """manifest.toml. Nothing in it has a default: what is not said is not known."""
 
-    format: Literal[1]
+    version: Literal[1]
     name: str
     origin: str
     licence: str
@@ -98,7 +98,7 @@ class ModelFolder:
 def load_model_folder(path: Path) -> ModelFolder:
     """Reads and checks every file of the folder; what the network answers is the classifier's to check.
 
-    Raises RefusedError, one line, for a missing, changed or malformed file and for a newer format.
+    Raises RefusedError, one line, for a missing, changed or malformed file and for a newer version.
     """
     if not path.is_dir():
         raise RefusedError(f"{path}: expected a model folder, got {'a file' if path.exists() else 'nothing'}")
@@ -159,7 +159,7 @@ def make_model_folder(
         GOLDEN: _encode(picture),
     }
     manifest = Manifest(
-        format=FORMAT,
+        version=FORMAT,
         name=name,
         origin=origin,
         licence=licence,
@@ -195,9 +195,9 @@ def _split(path: Path, content: bytes) -> Tuple[str, ...]:
 def _read_manifest(path: Path) -> Manifest:
     try:
         table = msgspec.toml.decode(_read(path))
-        version = table.get("format")
+        version = table.get("version")
         if version != FORMAT:
-            raise RefusedError(f"{path}: expected format = {FORMAT}, got {_version(version)}")
+            raise RefusedError(f"{path}: expected version = {FORMAT}, got {_version(version)}")
         return msgspec.convert(table, Manifest)
     except msgspec.MsgspecError as error:
         raise RefusedError(f"{path}: expected the manifest of a model, got: {one_line(error)}") from error
