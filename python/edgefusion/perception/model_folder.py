@@ -39,7 +39,7 @@ from edgefusion.perception.network import Network, RuntimeOptions, as_probabilit
 from edgefusion.perception.onnx_header import Precision
 from edgefusion.perception.preprocessing import PAPER, Preprocessing, whole
 
-FORMAT: Literal[1] = 1
+VERSION: Literal[1] = 1
 MODEL, LABELS, GOLDEN, MANIFEST = "model.onnx", "labels.txt", "golden.png", "manifest.toml"
 
 
@@ -159,7 +159,7 @@ def make_model_folder(
         GOLDEN: _encode(picture),
     }
     manifest = Manifest(
-        version=FORMAT,
+        version=VERSION,
         name=name,
         origin=origin,
         licence=licence,
@@ -196,15 +196,15 @@ def _read_manifest(path: Path) -> Manifest:
     try:
         table = msgspec.toml.decode(_read(path))
         version = table.get("version")
-        if version != FORMAT:
-            raise RefusedError(f"{path}: expected version = {FORMAT}, got {_version(version)}")
+        if version != VERSION:
+            raise RefusedError(f"{path}: expected version = {VERSION}, got {_version(version)}")
         return msgspec.convert(table, Manifest)
     except msgspec.MsgspecError as error:
         raise RefusedError(f"{path}: expected the manifest of a model, got: {one_line(error)}") from error
 
 
 def _version(version: object) -> str:
-    if isinstance(version, int) and version > FORMAT:
+    if isinstance(version, int) and version > VERSION:
         return f"{version}: made by a newer edgefusion than this one"
     return "none" if version is None else repr(version)
 

@@ -65,13 +65,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _table(detections: list[Detection]) -> str:
-    from edgefusion.tools.scene import OBJECTS, nearest_m
+    from edgefusion.tools.scene import OBJECTS, ROOM, nearest_m
 
-    rows = ["first frame   measured           true      box"]
+    rows = ["first frame    measured           truth     label       box"]
     for detection in detections:
-        truth = min(OBJECTS, key=lambda solid: abs(nearest_m(solid, 0.0) - detection.distance_m))
+        truth = min(OBJECTS + ROOM, key=lambda solid: abs(nearest_m(solid, 0.0) - detection.distance_m))
         rows.append(
-            f"{truth.name:12}  {detection.distance_m:.3f} +- {detection.distance_sigma_m:.3f} m  "
-            f"{nearest_m(truth, 0.0):.3f} m   {detection.box}"
+            f"{truth.name:13}  {detection.distance_m:.3f} +- {detection.distance_sigma_m:.3f} m  "
+            f"{nearest_m(truth, 0.0):.3f} m   {detection.label:10}  {list(detection.box)}"
         )
     return "\n".join(rows)

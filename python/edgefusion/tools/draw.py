@@ -122,7 +122,7 @@ class _TopView:
         return (round(self.origin[0] - y * self.px_per_m), round(self.origin[1] - x * self.px_per_m))
 
     def draw_rings(self, picture: Image) -> None:
-        step_m = next(step for step in (0.5, 1, 2, 5, 10) if self.reach_m / step <= 6 or step == 10)
+        step_m = next(step for step in (0.5, 1, 2, 5, 10) if self.reach_m / step <= 8 or step == 10)
         for radius_m in np.arange(step_m, self.reach_m * 1.5, step_m):
             radius = round(float(radius_m) * self.px_per_m)
             cv2.circle(picture, self.origin, radius, GRID, 1, cv2.LINE_AA)
@@ -134,8 +134,9 @@ class _TopView:
             cv2.circle(picture, self.pixel(point), radius, color, cv2.FILLED, cv2.LINE_AA)
 
     def draw_name(self, picture: Image, detection: Detection, color: Color) -> None:
-        x, y = self.pixel(self.points[detection.cluster.indices].mean(axis=0))
-        _draw_tag(picture, _name(detection), (x + 8, y - 8), color, 0.45)
+        pixels = [self.pixel(point) for point in self.points[detection.cluster.indices]]
+        x, y = max(pixels)  # beside its right end, so that no beam is covered
+        _draw_tag(picture, _name(detection), (x + 10, y + 8), color, 0.45)
 
     def draw_robot(self, picture: Image) -> None:
         x, y = self.origin

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""`edgefusion detect` and `edgefusion demo` as a user runs them: real processes, their files and exit codes."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import pytest
+from make_colour_network import save_colour_network
+
+from edgefusion.tools.scene import FRAMES, OBJECTS, nearest_m, write_recording
+
+FIELDS = {
+    "frame", "stamp_ns", "label", "group", "score", "margin", "box", "distance_m", "distance_sigma_m", "bearing",
+    "scan_frame_dt_ns", "top5",
+}  # fmt: skip
+
+
+def edgefusion(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "edgefusion.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory) -> list[object]:
+    path = save_colour_network(tmp_path_factory.mktemp("network"), {s.name: s.color for s in OBJECTS})
+    return ["--model", path, "--labels", path.parent / "labels.txt"]
+
+
+@pytest.fixture
+def drive(tmp_path: Path) -> Path:
+    return write_recording(tmp_path / "drive")
+
+
+def lines_of(out: Path) -> list[dict]:
+    return [json.loads(line) for line in (out / "detections.jsonl").read_text(encoding="utf-8").splitlines()]
+
+
+def test_every_detection_is_a_line_and_the_summary_counts_them(drive: Path, model, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = edgefusion("detect", drive, *model, "--out", out, "--json")
+    assert done.returncode == 0, done.stderr
+    lines = lines_of(out)
+    assert FIELDS <= set(lines[0])
+    assert {line["frame"] for line in lines} == set(range(FRAMES))
+    summary = json.loads(done.stdout)
+    assert summary == json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert (summary["frames"], summary["detections"]) == (FRAMES, len(lines))
+    assert {"cluster", "crop", "infer", "vote", "whole_frame"} <= set(summary["median_ms"])
+    post = next(line for line in lines if line["label"] == "post")
+    assert post["distance_m"] == pytest.approx(nearest_m(OBJECTS[3], 0.0), abs=0.04)
+
+
+def test_objects_one_is_the_paper(drive: Path, model, tmp_path: Path) -> None:
+    edgefusion("detect", drive, *model, "--out", tmp_path / "out", "--objects", 1)
+    assert [line["frame"] for line in lines_of(tmp_path / "out")] == list(range(FRAMES))
+
+
+def test_pictures_come_on_request_and_are_of_the_images_size(drive: Path, model, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert edgefusion("detect", drive, *model, "--out", out).returncode == 0
+    assert not (out / "annotated").exists()
+    assert edgefusion("detect", drive, *model, "--out", out, "--images", "--overwrite").returncode == 0
+    assert cv2.imread(str(out / "annotated" / "000005.jpg")).shape == (480, 640, 3)
+    assert len(list((out / "scans").glob("*.png"))) == FRAMES
+
+
+def test_results_are_never_written_over_unasked(drive: Path, model, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    edgefusion("detect", drive, *model, "--out", out)
+    before = (out / "detections.jsonl").read_bytes()
+    again = edgefusion("detect", drive, *model, "--out", out)
+    assert again.returncode == 2
+    assert "exists already" in again.stderr
+    assert (out / "detections.jsonl").read_bytes() == before
+
+
+def test_a_frame_that_cannot_be_read_ends_the_run_but_keeps_what_was_written(drive: Path, model, tmp_path) -> None:
+    path = drive / "images" / "000003.jpg"
+    path.write_bytes(path.read_bytes()[:-100])
+    done = edgefusion("detect", drive, *model, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert f"{path}: truncated" in done.stderr
+    assert {line["frame"] for line in lines_of(tmp_path / "out")} == {0, 1, 2}
+
+
+@pytest.mark.parametrize(
+    ("break_it", "named"),
+    [
+        (lambda drive: (drive / "images" / "000001.jpg").unlink(), "images/000001.jpg: missing"),
+        (lambda drive: (drive / "scans.npz").write_bytes(b"PK"), "scans.npz"),
+        (lambda drive: (drive / "calibration.toml").write_text("version = 1\n", encoding="utf-8"), "calibration.toml"),
+        (lambda drive: (drive / "calibration.toml").unlink(), "expected calibration.toml or calibration.json"),
+        (lambda drive: shutil.rmtree(drive), "expected a folder"),
+    ],
+    ids=["image", "scans", "calibration", "no calibration", "no recording"],
+)
+def test_bad_input_is_refused_in_one_line_that_names_it(drive: Path, model, tmp_path: Path, break_it, named) -> None:
+    break_it(drive)
+    done = edgefusion("detect", drive, *model, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    (line,) = [line for line in done.stderr.splitlines() if "nothing vouches" not in line]
+    assert line.startswith("edgefusion: ")
+    assert named in line
+    assert not (tmp_path / "out" / "detections.jsonl").exists()
+
+
+def test_an_image_of_another_size_than_the_calibrations_is_named(drive: Path, model, tmp_path: Path) -> None:
+    path = drive / "images" / "000002.jpg"
+    cv2.imwrite(str(path), cv2.imread(str(path))[:240])
+    done = edgefusion("detect", drive, *model, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert f"{path}: the calibration is for 640x480, the image is 640x240" in done.stderr
+
+
+def test_latencies_pair_what_was_captured_together(drive: Path, model, tmp_path: Path) -> None:
+    """The camera's stamps are 0.2 s late: frame N + 1 belongs to scan N."""
+    with (drive / "calibration.toml").open("a", encoding="utf-8") as file:
+        file.write("camera_latency_ns = 200000000\n")
+    assert edgefusion("detect", drive, *model, "--out", tmp_path / "out").returncode == 0
+    lines = lines_of(tmp_path / "out")
+    assert {line["frame"] for line in lines} == set(range(1, FRAMES))
+    assert {line["scan_frame_dt_ns"] for line in lines} == {0}
+
+
+def test_a_wrong_command_line_explains_itself() -> None:
+    for arguments in ([], ["detect"], ["detect", "x", "--model", "y", "--objects", "0"], ["fly"]):
+        done = edgefusion(*arguments)
+        assert done.returncode == 2
+        assert "usage: edgefusion" in done.stderr
+    for verb in ("detect", "demo", "model"):
+        assert "examples:" in edgefusion(verb, "--help").stdout
+
+
+def test_the_demo_shows_the_scene_beside_its_truth_and_says_that_labels_mean_nothing(tmp_path: Path) -> None:
+    done = edgefusion("demo", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for solid in OBJECTS:
+        assert f"{nearest_m(solid, 0.0):.3f} m" in done.stdout
+    assert "labels mean nothing yet" in done.stdout
+    assert len(list((tmp_path / "out" / "demo" / "annotated").glob("*.jpg"))) == FRAMES
+    assert edgefusion("demo", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "out" / "demo-2").is_dir()
