@@ -90,9 +90,7 @@ def _parser() -> argparse.ArgumentParser:
         help="any classifier of torchvision, by its function's name (default: %(default)s)",
     )
     source = parser.add_mutually_exclusive_group()
-    source.add_argument(
-        "--weights", type=Path, help="a state dict (.pth); default: torchvision's, downloaded"
-    )
+    source.add_argument("--weights", type=Path, help="a state dict (.pth); default: torchvision's, downloaded")
     source.add_argument("--random", action="store_true", help="no training at all: for tests")
     add("--seed", type=int, default=0, help="of --random (default: %(default)s)")
     add("--labels", type=Path, help="one class a line, in the order of the outputs; default: torchvision's")
@@ -181,9 +179,7 @@ def _load(torch: Any, model: Any, path: Path) -> None:
             state = state.get(wrapper, state)
         model.load_state_dict(state)
     except Exception as error:
-        raise RefusedError(
-            f"{path}: expected weights for this network, got: {one_line(error)[:300]}"
-        ) from error
+        raise RefusedError(f"{path}: expected weights for this network, got: {one_line(error)[:300]}") from error
 
 
 def _enliven(torch: Any, model: Any, preprocessing: Preprocessing) -> None:
@@ -267,9 +263,7 @@ def _compare(torch: Any, model: Any, onnx_file: Path, size: int, fixed_size: boo
         difference = float(np.abs(network.run(batch) - expected).max() / max(1.0, np.abs(expected).max()))
         if not difference <= TOLERANCE:
             came = f"{difference:.2g} for a batch of {n} at {height} x {width}"
-            raise RefusedError(
-                f"export: expected torch's outputs within {TOLERANCE:g}, got a difference of {came}"
-            )
+            raise RefusedError(f"export: expected torch's outputs within {TOLERANCE:g}, got a difference of {came}")
         largest = max(largest, difference)
     return largest
 

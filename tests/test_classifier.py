@@ -284,9 +284,7 @@ def test_a_gpu_that_is_gone_at_start_is_replaced_and_named(classifier, folder, m
     assert opened.provider == "cpu"
     assert "no CUDA-capable device" in opened.provider_note
     assert opened.provider_note in caplog.text
-    np.testing.assert_allclose(
-        opened.probabilities(IMAGE, BOXES), classifier.probabilities(IMAGE, BOXES), atol=1e-3
-    )
+    np.testing.assert_allclose(opened.probabilities(IMAGE, BOXES), classifier.probabilities(IMAGE, BOXES), atol=1e-3)
 
 
 def test_a_required_gpu_that_is_gone_at_start_is_refused(folder, monkeypatch):
@@ -332,9 +330,7 @@ def test_impossible_runtime_options_are_refused(options):
 @pytest.mark.parametrize("options", [{"threads": 1}, {"threads": 2, "spinning": True}])
 def test_threads_and_spinning_change_no_answer(classifier, folder, options):
     opened = open_classifier(folder, options=RuntimeOptions(**options))
-    np.testing.assert_allclose(
-        opened.probabilities(IMAGE, BOXES), classifier.probabilities(IMAGE, BOXES), atol=1e-6
-    )
+    np.testing.assert_allclose(opened.probabilities(IMAGE, BOXES), classifier.probabilities(IMAGE, BOXES), atol=1e-6)
 
 
 def test_a_missing_runtime_is_refused_with_what_installs_it(folder, monkeypatch):

@@ -103,25 +103,19 @@ def test_antialias_is_within_a_grey_level_of_pillow(scene: Tuple[Pixels, Box], s
 @given(scenes(), st.integers(1, 200))
 def test_linear_is_within_a_grey_level_of_opencv(scene: Tuple[Pixels, Box], size: int) -> None:
     image, box = scene
-    assert_within_one_level(
-        grey_levels(image, box, size, filter="linear"), by_opencv(image, box, (size, size))
-    )
+    assert_within_one_level(grey_levels(image, box, size, filter="linear"), by_opencv(image, box, (size, size)))
 
 
 @unhurried
 @given(scenes(), st.integers(1, 150), st.sampled_from([0.5, 0.875, 224 / 232, 1.0]))
-def test_shorter_side_and_centre_is_torchvisions(
-    scene: Tuple[Pixels, Box], size: int, fraction: float
-) -> None:
+def test_shorter_side_and_centre_is_torchvisions(scene: Tuple[Pixels, Box], size: int, fraction: float) -> None:
     image, box = scene
     ours = grey_levels(image, box, size, fit="shorter-side+centre", crop_fraction=fraction)
     assert_within_one_level(ours, by_torchvision(image, box, size, fraction))
 
 
 @pytest.mark.parametrize("filter", FILTERS)
-@pytest.mark.parametrize(
-    "box", [(0, 0, 2592, 1944), (100, 50, 2500, 1900), (2000, 3, 2592, 1944), (7, 7, 2590, 9)]
-)
+@pytest.mark.parametrize("box", [(0, 0, 2592, 1944), (100, 50, 2500, 1900), (2000, 3, 2592, 1944), (7, 7, 2590, 9)])
 @pytest.mark.parametrize("size", [1, 5, 256, 512])
 def test_a_large_camera_is_no_exception(box: Box, size: int, filter: str) -> None:
     image = noise(1944, 2592)
@@ -218,9 +212,7 @@ def test_strides_do_not_matter(view: str, filter: str, size: int) -> None:
 
 @unhurried
 @given(scenes(), st.integers(1, 64), st.sampled_from(FITS), st.sampled_from(FILTERS))
-def test_boxes_do_not_influence_each_other(
-    scene: Tuple[Pixels, Box], size: int, fit: str, filter: str
-) -> None:
+def test_boxes_do_not_influence_each_other(scene: Tuple[Pixels, Box], size: int, fit: str, filter: str) -> None:
     image, box = scene
     height, width = image.shape[:2]
     boxes = [[0, 0, width, height], box, [width - 1, height - 1, width, height]]
@@ -275,9 +267,7 @@ def test_square_context_is_padded_where_the_image_ends() -> None:
 
 @unhurried
 @given(scenes(), st.integers(1, 64), st.sampled_from(FITS), st.sampled_from(FILTERS))
-def test_every_value_of_the_buffer_is_written(
-    scene: Tuple[Pixels, Box], size: int, fit: str, filter: str
-) -> None:
+def test_every_value_of_the_buffer_is_written(scene: Tuple[Pixels, Box], size: int, fit: str, filter: str) -> None:
     image, box = scene
     out = np.full((1, 3, size, size), np.nan, np.float32)
     crops(image, [box], size, *NONE, fit=fit, filter=filter, out=out)
@@ -317,9 +307,7 @@ READ_ONLY.flags.writeable = False
     ids=["number", "size", "type", "strides", "dimensions", "read-only"],
 )
 def test_a_wrong_buffer_is_refused(out: Crops) -> None:
-    with pytest.raises(
-        ValueError, match=r"out: expected a writeable contiguous float32 array \[1, 3, 8, 8\]"
-    ):
+    with pytest.raises(ValueError, match=r"out: expected a writeable contiguous float32 array \[1, 3, 8, 8\]"):
         crops(noise(9, 9), [[0, 0, 9, 9]], 8, MEAN, STD, out=out)
 
 
@@ -392,9 +380,7 @@ def test_other_python_threads_run_meanwhile() -> None:
         advanced.set()
 
     interval = sys.getswitchinterval()
-    sys.setswitchinterval(
-        1e5
-    )  # nobody is made to give the lock up, so only a call that releases it lets others run
+    sys.setswitchinterval(1e5)  # nobody is made to give the lock up, so only a call that releases it lets others run
     try:
         thread = threading.Thread(target=advance)
         thread.start()

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import cv2
 import pytest
-from make_colour_network import save_colour_network
 
 from edgefusion.tools.scene import FRAMES, OBJECTS, nearest_m, write_recording
+from make_colour_network import save_colour_network
 
 FIELDS = {
     "frame", "stamp_ns", "label", "group", "score", "margin", "box", "distance_m", "distance_sigma_m", "bearing",
@@ -95,8 +95,14 @@ def test_a_frame_that_cannot_be_read_ends_the_run_but_keeps_what_was_written(dri
     [
         (lambda drive: (drive / "images" / "000001.jpg").unlink(), "images/000001.jpg: missing"),
         (lambda drive: (drive / "scans.npz").write_bytes(b"PK"), "scans.npz"),
-        (lambda drive: (drive / "calibration.toml").write_text("version = 1\n", encoding="utf-8"), "calibration.toml"),
-        (lambda drive: (drive / "calibration.toml").unlink(), "expected calibration.toml or calibration.json"),
+        (
+            lambda drive: (drive / "calibration.toml").write_text("version = 1\n", encoding="utf-8"),
+            "calibration.toml",
+        ),
+        (
+            lambda drive: (drive / "calibration.toml").unlink(),
+            "expected calibration.toml or calibration.json",
+        ),
         (lambda drive: shutil.rmtree(drive), "expected a folder"),
     ],
     ids=["image", "scans", "calibration", "no calibration", "no recording"],

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from make_colour_network import open_colour_network
 
 from edgefusion.config import PerceptionConfig
 from edgefusion.perception.calibration import load_calibration
@@ -22,6 +21,7 @@ from edgefusion.perception.detector import Detector
 from edgefusion.recording.folder import FolderRecording
 from edgefusion.tools.scene import OBJECTS, STEP_M, nearest_m, write_recording
 from edgefusion.types import UNKNOWN, Frame, Pose2D, Scan
+from make_colour_network import open_colour_network
 
 COLOURS = {solid.name: solid.color for solid in OBJECTS}
 
@@ -94,9 +94,10 @@ def test_the_motion_between_scan_and_frame_moves_the_box_and_the_distance(scene,
     still = detector.detect(scene.scan(0), scene.frame(3))[0]
     truth = detector.detect(scene.scan(3), scene.frame(3))[0]
     assert moved.distance_m == pytest.approx(truth.distance_m, abs=0.03)
-    assert np.abs(np.subtract(moved.boxes[0], truth.boxes[0])).max() < np.abs(
-        np.subtract(still.boxes[0], truth.boxes[0])
-    ).max()
+    assert (
+        np.abs(np.subtract(moved.boxes[0], truth.boxes[0])).max()
+        < np.abs(np.subtract(still.boxes[0], truth.boxes[0])).max()
+    )
     assert moved.scan_frame_dt_ns == 600_000_000
     assert moved.motion == motion
     assert moved.motion_px > 2

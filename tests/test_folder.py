@@ -105,7 +105,7 @@ def test_scans_that_do_not_fit_are_refused_by_name(drive: Path, changes, expecte
 def test_a_damaged_archive_is_named(drive: Path) -> None:
     path = drive / "scans.npz"
     path.write_bytes(path.read_bytes()[:200])
-    with pytest.raises(RefusedError, match="scans.npz"):
+    with pytest.raises(RefusedError, match=r"scans\.npz"):
         FolderRecording(drive)
 
 

@@ -111,7 +111,13 @@ def test_the_papers_form_has_no_pixel_behind_the_camera() -> None:
     [
         (np.zeros((3, 2)), np.eye(3), [], np.eye(4), r"points: expected shape \[n, 3\], got \[3, 2\]"),
         (np.zeros((3, 3)), np.eye(2), [], np.eye(4), r"K: expected shape \[3, 3\]"),
-        (np.zeros((3, 3)), np.eye(3), [0.1], np.eye(4), r"distortion: expected 0, 4, 5, 8, 12 or 14 .* got 1"),
+        (
+            np.zeros((3, 3)),
+            np.eye(3),
+            [0.1],
+            np.eye(4),
+            r"distortion: expected 0, 4, 5, 8, 12 or 14 .* got 1",
+        ),
         (np.zeros((3, 3)), np.eye(3), [], np.eye(3), r"T_camera_laser: expected shape \[4, 4\]"),
         (np.zeros((3, 3)), -np.eye(3), [], np.eye(4), r"K: expected focal lengths above 0"),
     ],

@@ -1,12 +1,12 @@
 """The C++ core. Every function releases the GIL; arrays of another type are converted, images never are."""
 
-from typing import Final, Optional, Sequence, Tuple, Union, overload
+from typing import Any, Final, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
-_Floats = Union[npt.NDArray[np.float64], Sequence[Sequence[float]]]
-_Vector = Union[npt.NDArray[np.float64], Sequence[float]]
+_Floats = Union[npt.NDArray[np.floating[Any]], Sequence[Sequence[float]]]
+_Vector = Union[npt.NDArray[np.floating[Any]], Sequence[float]]
 _Boxes = Union[npt.NDArray[np.int32], Sequence[Sequence[int]]]
 
 VISIBLE: Final[int]

@@ -11,10 +11,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Tuple
+from typing import Tuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 Box = Tuple[int, int, int, int]
 """(x0, y0, x1, y1) in pixels, x1 and y1 exclusive, always inside the image."""
@@ -23,7 +25,7 @@ UNKNOWN = "unknown"
 """The label of an object that the classifier cannot name."""
 
 
-def read_only(array: npt.NDArray) -> npt.NDArray:
+def read_only(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
     """A read-only view of an array."""
     view = array.view()
     view.flags.writeable = False
@@ -57,7 +59,7 @@ class Scan:
     @property
     def angles(self) -> npt.NDArray[np.float64]:
         """Direction of every beam, float64[n]."""
-        return self.angle_min + self.angle_increment * np.arange(len(self.ranges_m))
+        return self.angle_min + self.angle_increment * np.arange(len(self.ranges_m), dtype=np.float64)
 
 
 @dataclass(frozen=True)

@@ -192,5 +192,3 @@ def _check_laser_in_view(calibration: Calibration) -> None:
     x, y = pixels[marks == VISIBLE].T
     if not ((x >= 0) & (x < width) & (y >= 0) & (y < height)).any():
         raise ValueError("T_camera_laser: no beam between 0.5 and 30 m would fall into the image")
-
-

@@ -17,6 +17,7 @@ from edgefusion.types import Cluster, Scan
 
 Matrix = npt.NDArray[np.float64]
 Boxes = npt.NDArray[np.int32]
+Probabilities = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ def batch_of(candidates: list[Candidate]) -> Boxes:
     return np.concatenate([candidate.boxes for candidate in candidates] or [np.empty((0, 4), np.int32)])
 
 
-def split(rows: Matrix, candidates: list[Candidate]) -> list[Matrix]:
+def split(rows: Probabilities, candidates: list[Candidate]) -> list[Probabilities]:
     """The rows of a batch that belong to each candidate."""
     ends = np.cumsum([len(candidate.boxes) for candidate in candidates])
     return np.split(rows, ends)[:-1] if candidates else []

@@ -108,9 +108,7 @@ class Classifier:
         if self._golden is None:
             return
         try:
-            self.golden_difference = self._golden.compare(
-                as_probabilities(outputs, self._softmax)[0], self.labels
-            )
+            self.golden_difference = self._golden.compare(as_probabilities(outputs, self._softmax)[0], self.labels)
         except ValueError as error:
             raise RefusedError(f"{self._source} on {self.provider}: {error}") from error
 
@@ -135,9 +133,7 @@ class Classifier:
         self._buffer = waiting
 
 
-def open_classifier(
-    path: Path, labels: Optional[Path] = None, options: Optional[RuntimeOptions] = None
-) -> Classifier:
+def open_classifier(path: Path, labels: Optional[Path] = None, options: Optional[RuntimeOptions] = None) -> Classifier:
     """A classifier from a model folder, or from a bare .onnx file and its labels. Raises RefusedError.
 
     Nothing vouches for a bare file, which a warning says; its preprocessing is the paper's, at the size that
@@ -169,7 +165,5 @@ def _from_file(path: Path, labels: Optional[Path], options: Optional[RuntimeOpti
     if labels is None:
         raise RefusedError(f"{path}: expected a file of labels for a bare model, got none")
     preprocessing = msgspec.structs.replace(PAPER, size=fixed_size(path) or PAPER.size)
-    log.warning(
-        "%s: nothing vouches for a bare model; `edgefusion model add` makes a model folder of it", path
-    )
+    log.warning("%s: nothing vouches for a bare model; `edgefusion model add` makes a model folder of it", path)
     return Classifier(path.read_bytes(), str(path), read_labels(labels), preprocessing, options=options)

@@ -16,7 +16,8 @@ Floats = npt.NDArray[np.float64]
 
 def polar_to_plane(ranges_m: Floats, angles: Floats) -> Floats:
     """Points [n, 2] in the laser's plane [m]."""
-    return ranges_m[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    points: Floats = ranges_m[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return points
 
 
 def find_clusters(scan: Scan, config: PerceptionConfig) -> list[Cluster]:

@@ -53,9 +53,7 @@ class Golden:
         """The largest difference of a probability. Raises ValueError, one line, for another answer."""
         expected, wanted = self.answer.classes[0], self.answer.probabilities
         if not np.isfinite(got).all():
-            raise ValueError(
-                f"expected the golden answer {labels[expected]}, got numbers that are not finite"
-            )
+            raise ValueError(f"expected the golden answer {labels[expected]}, got numbers that are not finite")
         first = int(got.argmax())
         if first != expected:
             came = f"{labels[first]} ({got[first]:.4f})"

@@ -108,9 +108,7 @@ def load_model_folder(path: Path) -> ModelFolder:
     picture = _decode(path / GOLDEN, _read_checked(path / GOLDEN, manifest.sha256.golden))
     highest = max(manifest.golden.classes)
     if min(manifest.golden.classes) < 0 or highest >= len(labels):
-        raise RefusedError(
-            f"{path / MANIFEST}: expected golden.classes of 0..{len(labels) - 1}, got {highest}"
-        )
+        raise RefusedError(f"{path / MANIFEST}: expected golden.classes of 0..{len(labels) - 1}, got {highest}")
     golden = Golden(picture, manifest.golden, TOLERANCES[manifest.precision])
     return ModelFolder(path, manifest, labels, model, golden)
 
@@ -167,9 +165,7 @@ def make_model_folder(
         input=Input(name=network.input_name, **msgspec.structs.asdict(preprocessing)),
         output=Output(name=network.output_name, softmax=softmax),
         golden=answer(picture),
-        sha256=Checksums(
-            model=_sha256(files[MODEL]), labels=_sha256(files[LABELS]), golden=_sha256(files[GOLDEN])
-        ),
+        sha256=Checksums(model=_sha256(files[MODEL]), labels=_sha256(files[LABELS]), golden=_sha256(files[GOLDEN])),
     )
     files[MANIFEST] = tomli_w.dumps(msgspec.to_builtins(manifest)).encode()
     return _write_whole(out_dir, files)

@@ -273,9 +273,7 @@ def _why_refused(source: str, header: OnnxHeader, version: str, error: Exception
         if found:
             expected = f"{what} up to {found.group(1)}, all that onnxruntime {version} reads"
             return f"{source}: expected {expected}, got {model}"
-    return (
-        f"{source}: expected a model that onnxruntime {version} can run, got one ({model}) it refuses: {said}"
-    )
+    return f"{source}: expected a model that onnxruntime {version} can run, got one ({model}) it refuses: {said}"
 
 
 def one_line(error: BaseException) -> str:

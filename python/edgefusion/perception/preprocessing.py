@@ -59,9 +59,7 @@ class Preprocessing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
 
         Raises ValueError for a box that is empty or not inside the image.
         """
-        return _core.crops(
-            image, boxes, self.size, self.mean, self.std, self.fit, self.filter, self.crop_fraction, out
-        )
+        return _core.crops(image, boxes, self.size, self.mean, self.std, self.fit, self.filter, self.crop_fraction, out)
 
 
 def whole(image: npt.NDArray[np.uint8]) -> Boxes:

@@ -155,5 +155,7 @@ def _find_images(folder: Path, n: int) -> list[Path]:
         )
     extra = sorted(set(found) - set(names))
     if extra:
-        raise RefusedError(f"{found[extra[0]]}: no scan belongs to it: {n} scans, images 000000 to {names[-1]} expected")
+        raise RefusedError(
+            f"{found[extra[0]]}: no scan belongs to it: {n} scans, images 000000 to {names[-1]} expected"
+        )
     return [found[name] for name in names]

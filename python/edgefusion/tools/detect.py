@@ -94,7 +94,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _open_classifier(args: argparse.Namespace) -> Classifier:
-    from edgefusion.perception.classifier import RuntimeOptions, open_classifier
+    from edgefusion.perception.classifier import open_classifier
+    from edgefusion.perception.network import RuntimeOptions
 
     options = RuntimeOptions(provider=args.provider, require=args.require, threads=args.threads)
     return open_classifier(args.model, labels=args.labels, options=options)
@@ -130,9 +131,7 @@ def detect_all(
     return tally
 
 
-def _captured_together(
-    recording: FolderRecording, calibration: Calibration, config: SyncConfig
-) -> Iterator[Pair]:
+def _captured_together(recording: FolderRecording, calibration: Calibration, config: SyncConfig) -> Iterator[Pair]:
     """Scans and frames of the recording, paired by when they were captured."""
     from edgefusion.perception.sync import Synchronizer
     from edgefusion.types import Scan

@@ -51,9 +51,7 @@ def annotate(
     return picture
 
 
-def draw_scan(
-    scan: Scan, clusters: Sequence[Cluster], detections: Sequence[Detection], side_px: int = 800
-) -> Image:
+def draw_scan(scan: Scan, clusters: Sequence[Cluster], detections: Sequence[Detection], side_px: int = 800) -> Image:
     """The scan from above, the robot looking up the picture, with rings of distance and the detections' names."""
     view = _TopView(scan, side_px)
     picture: Image = np.full((side_px, side_px, 3), BACKGROUND, np.uint8)
@@ -76,9 +74,7 @@ def _name(detection: Detection) -> str:
     return f"{detection.group or detection.label} {detection.distance_m:.2f} m"
 
 
-def _draw_beams(
-    picture: Image, scan: Scan, clusters: Sequence[Cluster], calibration: Calibration, radius: int
-) -> None:
+def _draw_beams(picture: Image, scan: Scan, clusters: Sequence[Cluster], calibration: Calibration, radius: int) -> None:
     for cluster in clusters:
         plane = polar_to_plane(scan.ranges_m[cluster.indices].astype(float), scan.angles[cluster.indices])
         points = np.pad(plane, ((0, 0), (0, 1)))

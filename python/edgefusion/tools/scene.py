@@ -114,7 +114,7 @@ def paint_frame(robot_x: float, stamp_ns: int, rng: np.random.Generator) -> Fram
 def _faces(solid: Solid, robot_x: float) -> list[tuple[float, npt.NDArray[np.int32], tuple[int, int, int]]]:
     """Sides and top as (distance, polygon in 1/16 pixel, colour)."""
     floor = np.pad(solid.outline - (robot_x, 0.0), ((0, 0), (0, 1)), constant_values=-LASER_HEIGHT_M)
-    top = floor + (0, 0, solid.height_m)
+    top = floor + np.array([0, 0, solid.height_m])
     faces = [(top, 1.0)] if solid.height_m < LASER_HEIGHT_M + CAMERA_ABOVE_LASER_M else []
     for i in range(len(floor)):
         j = (i + 1) % len(floor)
@@ -144,7 +144,8 @@ def _in_front(corners: Floats) -> Floats:
 
 def _pixels(points: Floats) -> npt.NDArray[np.int32]:
     pixels = (points / points[:, 2:]) @ K.T
-    return np.round(np.clip(pixels[:, :2], -20000, 20000) * 16).astype(np.int32).reshape(-1, 1, 2)
+    fixed_point: npt.NDArray[np.int32] = np.round(np.clip(pixels[:, :2], -20000, 20000) * 16).astype(np.int32)
+    return fixed_point.reshape(-1, 1, 2)
 
 
 def _shaded(color: tuple[int, int, int], shade: float) -> tuple[int, int, int]:
