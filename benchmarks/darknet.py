@@ -85,6 +85,19 @@ class _Builder:
         self._weights: list[Any] = []
         width, height = side or net.number("width", 416), side or net.number("height", 416)
         self._input = Tensor("image", net.number("channels", 3), height, width)
+        self._layers: list[Tensor] = []
+        self._outputs: list[Tensor] = []
+
+    def build(self, sections: Sequence[Section]) -> Any:
+        for section in sections:
+            self._layers.append(self._layer(section))
+        graph = helper.make_graph(
+            self._nodes,
+            "darknet",
+            [_value_info(self._input)],
+            [_value_info(output) for output in self._outputs or self._layers[-1:]],
+            self._weights,
+        )
         opset = helper.make_opsetid("", OPSET)
         return helper.make_model(graph, opset_imports=[opset], ir_version=IR_VERSION)
 
