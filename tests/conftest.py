@@ -5,6 +5,11 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# No test depends on how fast the machine is.
+settings.register_profile("edgefusion", deadline=None)
+settings.load_profile("edgefusion")
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
