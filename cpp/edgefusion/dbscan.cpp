@@ -47,8 +47,7 @@ class Clustering {
         ball_(eps),
         min_points_(min_points),
         core_end_(grid_.cell_count()),
-        clusters_(grid_.cell_count()),
-        number_(grid_.cell_count(), kNoise) {}
+        clusters_(grid_.cell_count()) {}
 
   void label(std::int32_t* labels) {
     find_clusters();
@@ -59,6 +58,13 @@ class Clustering {
  private:
   bool has_core(std::uint32_t cell) const { return core_end_[cell] > grid_.begin[cell]; }
   bool has_border(std::uint32_t cell) const { return core_end_[cell] < grid_.begin[cell + 1]; }
+
+  bool has_core(const Neighbourhood& near) const {
+    for (const Span& span : near)
+      for (std::uint32_t cell = span.begin; cell < span.end; ++cell)
+        if (has_core(cell)) return true;
+    return false;
+  }
 
   void find_clusters() {
     Neighbourhood near(grid_);
@@ -97,17 +103,15 @@ class Clustering {
     return false;
   }
 
-  // Stops soon after `enough`: a block at a time, for the compiler to work on several points at once.
+  // Stops soon after `enough`. Four at a time and no branch for each: a span of a sparse grid has about two points.
   std::uint32_t count_reached(std::uint32_t point, std::uint32_t begin, std::uint32_t end, std::uint32_t enough) const {
-    constexpr std::uint32_t kBlock = 32;
-    const double* const x = grid_.x.data();
-    const double* const y = grid_.y.data();
-    const double px = x[point];
-    const double py = y[point];
+    const double px = grid_.x[point];
+    const double py = grid_.y[point];
     std::uint32_t count = 0;
-    while (begin < end && count < enough) {
-      const std::uint32_t block_end = begin + std::min(kBlock, end - begin);
-      for (; begin < block_end; ++begin) count += ball_.reaches(x[begin] - px, y[begin] - py);
+    for (; begin < end && count < enough; begin += 4) {
+      const double* const x = &grid_.x[begin];
+      const double* const y = &grid_.y[begin];
+      for (std::uint32_t i = 0; i < 4; ++i) count += ball_.reaches(x[i] - px, y[i] - py) & (i < end - begin);
     }
     return count;
   }
@@ -146,36 +150,47 @@ class Clustering {
   void number_clusters(std::int32_t* labels) {
     for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
       const auto root = static_cast<std::int32_t>(clusters_.find(cell));
-      std::uint32_t point = grid_.begin[cell];
-      for (; point < core_end_[cell]; ++point) labels[grid_.index[point]] = root;
-      for (; point < grid_.begin[cell + 1]; ++point) labels[grid_.index[point]] = kNoise;
+      for (std::uint32_t point = grid_.begin[cell]; point < grid_.begin[cell + 1]; ++point)
+        labels[grid_.index[point]] = point < core_end_[cell] ? root : kNoise;
     }
+    std::vector<std::int32_t> number(grid_.cell_count(), kNoise);
     std::int32_t next = 0;
     for (std::size_t i = 0; i < grid_.index.size(); ++i) {
       if (labels[i] == kNoise) continue;
-      std::int32_t& number = number_[static_cast<std::size_t>(labels[i])];
-      if (number == kNoise) number = next++;
-      labels[i] = number;
+      std::int32_t& of_root = number[static_cast<std::size_t>(labels[i])];
+      if (of_root == kNoise) of_root = next++;
+      labels[i] = of_root;
     }
   }
 
   void label_borders(std::int32_t* labels) {
+    std::vector<std::uint32_t> cluster(grid_.index.size() + Grid::kPadding);
+    for (std::size_t point = 0; point < grid_.index.size(); ++point)
+      cluster[point] = static_cast<std::uint32_t>(labels[grid_.index[point]]);
     Neighbourhood near(grid_);
     for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
       if (!has_border(cell)) continue;
       near.slide_to(cell);
+      if (!has_core(near)) continue;
       for (std::uint32_t point = core_end_[cell]; point < grid_.begin[cell + 1]; ++point)
-        labels[grid_.index[point]] = lowest_cluster(point, near);
+        labels[grid_.index[point]] = static_cast<std::int32_t>(lowest_cluster(point, near, cluster));
     }
   }
 
-  std::int32_t lowest_cluster(std::uint32_t point, const Neighbourhood& near) {
-    std::int32_t lowest = kNoise;
+  std::uint32_t lowest_cluster(std::uint32_t point, const Neighbourhood& near, const std::vector<std::uint32_t>& cluster) const {
+    std::uint32_t lowest = ~0U;
+    const double px = grid_.x[point];
+    const double py = grid_.y[point];
     for (const Span& span : near) {
-      for (std::uint32_t cell = span.begin; cell < span.end; ++cell) {
-        if (!has_core(cell)) continue;
-        const std::int32_t number = number_[clusters_.find(cell)];
-        if ((lowest == kNoise || number < lowest) && reaches_core_of(point, cell)) lowest = number;
+      const std::uint32_t end = grid_.begin[span.end];
+      for (std::uint32_t begin = grid_.begin[span.begin]; begin < end; begin += 4) {
+        const double* const x = &grid_.x[begin];
+        const double* const y = &grid_.y[begin];
+        const std::uint32_t* const c = &cluster[begin];
+        for (std::uint32_t i = 0; i < 4; ++i) {
+          const std::uint32_t missed = !(ball_.reaches(x[i] - px, y[i] - py) & (i < end - begin));
+          lowest = std::min(lowest, c[i] | (0U - missed));
+        }
       }
     }
     return lowest;
@@ -186,7 +201,6 @@ class Clustering {
   std::uint32_t min_points_;
   std::vector<std::uint32_t> core_end_;  // of each cell: the end of its core points
   DisjointSets clusters_;                // of cells with core points
-  std::vector<std::int32_t> number_;     // of each root cell: its cluster's number
 };
 
 }  // namespace

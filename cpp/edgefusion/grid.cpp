@@ -80,8 +80,8 @@ std::vector<Keyed> sorted_by_cell(const Intervals& rows, const Intervals& column
 
 void gather_points(Grid& grid, const std::vector<Keyed>& records, const double* points) {
   const std::size_t n = records.size();
-  grid.x.resize(n);
-  grid.y.resize(n);
+  grid.x.resize(n + 4);
+  grid.y.resize(n + 4);
   grid.index.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const double* point = points + 2 * std::size_t{records[i].row};
