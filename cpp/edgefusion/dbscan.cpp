@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the edgefusion authors
 //
-// The grid makes DBSCAN linear (Gunawan 2013): all points of a cell reach each other, so a cell with min_points
-// points needs no distance at all, and the core points of a cell always share a cluster, so clusters are joined cell
-// by cell.
+// The grid makes DBSCAN linear (Gunawan 2013): all points of a cell reach each other, so a cell with
+// min_points points needs no distance at all, and the core points of a cell always share a cluster, so
+// clusters are joined cell by cell.
 #include "edgefusion/dbscan.hpp"
 
 #include <algorithm>
@@ -18,6 +18,7 @@
 #include "edgefusion/disjoint_sets.hpp"
 #include "edgefusion/grid.hpp"
 #include "edgefusion/neighbourhood.hpp"
+#include "edgefusion/touch.hpp"
 
 namespace edgefusion {
 namespace {
@@ -36,7 +37,8 @@ void check(const double* points, std::size_t n, double eps, int min_points) {
     refuse("points: expected fewer than 2^31 rows, got ", n);
   for (std::size_t i = 0; i < n; ++i) {
     if (!std::isfinite(points[2 * i]) || !std::isfinite(points[2 * i + 1]))
-      refuse("points: expected finite coordinates, got (", points[2 * i], ", ", points[2 * i + 1], ") in row ", i);
+      refuse("points: expected finite coordinates, got (", points[2 * i], ", ", points[2 * i + 1],
+             ") in row ", i);
   }
 }
 
@@ -58,6 +60,8 @@ class Clustering {
  private:
   bool has_core(std::uint32_t cell) const { return core_end_[cell] > grid_.begin[cell]; }
   bool has_border(std::uint32_t cell) const { return core_end_[cell] < grid_.begin[cell + 1]; }
+
+  PointRange cores(std::uint32_t cell) const { return {grid_.begin[cell], core_end_[cell]}; }
 
   bool has_core(const Neighbourhood& near) const {
     for (const Span& span : near)
@@ -103,17 +107,18 @@ class Clustering {
     return false;
   }
 
-  // Stops soon after `enough`. Four at a time and no branch for each: a span of a sparse grid has about two points.
-  std::uint32_t count_reached(std::uint32_t point, std::uint32_t begin, std::uint32_t end, std::uint32_t enough) const {
-    const double px = grid_.x[point];
-    const double py = grid_.y[point];
+  // Stops soon after `enough`. Four at a time and no branch for each: a span of a sparse grid has about two
+  // points.
+  std::uint32_t count_reached(std::uint32_t point, std::uint32_t begin, std::uint32_t end,
+                              std::uint32_t enough) const {
     std::uint32_t count = 0;
-    for (; begin < end && count < enough; begin += 4) {
-      const double* const x = &grid_.x[begin];
-      const double* const y = &grid_.y[begin];
-      for (std::uint32_t i = 0; i < 4; ++i) count += ball_.reaches(x[i] - px, y[i] - py) & (i < end - begin);
-    }
+    for (; begin < end && count < enough; begin += 4)
+      for (std::uint32_t i = 0; i < 4; ++i) count += reaches(point, begin + i) & (i < end - begin);
     return count;
+  }
+
+  bool reaches(std::uint32_t a, std::uint32_t b) const {
+    return ball_.reaches(grid_.x[b] - grid_.x[a], grid_.y[b] - grid_.y[a]);
   }
 
   void swap_points(std::uint32_t a, std::uint32_t b) {
@@ -122,28 +127,18 @@ class Clustering {
     std::swap(grid_.index[a], grid_.index[b]);
   }
 
-  // Each pair of cells is connected once, when the later one is visited: the cores of the earlier are known by then.
+  // Each pair of cells is connected once, when the later one is visited: the cores of the earlier are known
+  // by then.
   void connect_to_earlier(std::uint32_t cell, const Neighbourhood& near) {
     std::uint32_t root = cell;
     for (const Span& span : near) {
       for (std::uint32_t other = span.begin; other < std::min(span.end, cell); ++other) {
         if (!has_core(other)) continue;
         const std::uint32_t other_root = clusters_.find(other);
-        if (other_root != root && cores_touch(cell, other)) root = clusters_.join(root, other_root);
+        if (other_root != root && touch(grid_, ball_, cores(cell), cores(other)))
+          root = clusters_.join(root, other_root);
       }
     }
-  }
-
-  bool cores_touch(std::uint32_t a, std::uint32_t b) const {
-    for (std::uint32_t point = grid_.begin[a]; point < core_end_[a]; ++point)
-      if (reaches_core_of(point, b)) return true;
-    return false;
-  }
-
-  bool reaches_core_of(std::uint32_t point, std::uint32_t cell) const {
-    for (std::uint32_t core = grid_.begin[cell]; core < core_end_[cell]; ++core)
-      if (ball_.reaches(grid_.x[core] - grid_.x[point], grid_.y[core] - grid_.y[point])) return true;
-    return false;
   }
 
   // In the order of the input, so that the cluster with the lowest core index comes first.
@@ -163,8 +158,9 @@ class Clustering {
     }
   }
 
+  // A point that is not a core joins the lowest cluster that has a core point within its reach.
   void label_borders(std::int32_t* labels) {
-    std::vector<std::uint32_t> cluster(grid_.index.size() + Grid::kPadding);
+    std::vector<std::uint32_t> cluster(grid_.index.size() + Grid::kPadding);  // of each core point
     for (std::size_t point = 0; point < grid_.index.size(); ++point)
       cluster[point] = static_cast<std::uint32_t>(labels[grid_.index[point]]);
     Neighbourhood near(grid_);
@@ -177,19 +173,16 @@ class Clustering {
     }
   }
 
-  std::uint32_t lowest_cluster(std::uint32_t point, const Neighbourhood& near, const std::vector<std::uint32_t>& cluster) const {
-    std::uint32_t lowest = ~0U;
-    const double px = grid_.x[point];
-    const double py = grid_.y[point];
+  // Unsigned, noise is the highest number of all, and what is not reached is made noise: no branch is needed.
+  std::uint32_t lowest_cluster(std::uint32_t point, const Neighbourhood& near,
+                               const std::vector<std::uint32_t>& cluster) const {
+    auto lowest = static_cast<std::uint32_t>(kNoise);
     for (const Span& span : near) {
       const std::uint32_t end = grid_.begin[span.end];
       for (std::uint32_t begin = grid_.begin[span.begin]; begin < end; begin += 4) {
-        const double* const x = &grid_.x[begin];
-        const double* const y = &grid_.y[begin];
-        const std::uint32_t* const c = &cluster[begin];
         for (std::uint32_t i = 0; i < 4; ++i) {
-          const std::uint32_t missed = !(ball_.reaches(x[i] - px, y[i] - py) & (i < end - begin));
-          lowest = std::min(lowest, c[i] | (0U - missed));
+          const std::uint32_t reached = reaches(point, begin + i) & (i < end - begin);
+          lowest = std::min(lowest, cluster[begin + i] | (reached - 1U));
         }
       }
     }

@@ -12,8 +12,9 @@
 namespace edgefusion {
 namespace {
 
-// A cell's side in units of eps. Below sqrt(1/2), so that the diagonal is shorter than eps by far more than any
-// rounding here; above 1/2, so that whatever lies three cells away is farther than eps, by as wide a margin.
+// A cell's side in units of eps. Below sqrt(1/2), so that the diagonal is shorter than eps by far more than
+// any rounding here; above 1/2, so that whatever lies three cells away is farther than eps, by as wide a
+// margin.
 constexpr double kSide = 0.7;
 
 // Up to here an interval's number, computed in doubles, is right to a millionth of an interval.
@@ -28,17 +29,19 @@ struct Intervals {
 Intervals even_intervals(const double* values, std::size_t n, double low, double high, double per_unit) {
   Intervals intervals{std::vector<std::uint32_t>(n), static_cast<std::uint32_t>((high - low) * per_unit) + 1};
   for (std::size_t i = 0; i < n; ++i)
-    intervals.of_point[i] = static_cast<std::uint32_t>(static_cast<std::int32_t>((values[2 * i] - low) * per_unit));
+    intervals.of_point[i] =
+        static_cast<std::uint32_t>(static_cast<std::int32_t>((values[2 * i] - low) * per_unit));
   return intervals;
 }
 
-// For any extent: each interval starts at the lowest value that the last one does not hold. Three apart still means
-// farther than eps, since there are two whole sides in between.
+// For any extent: each interval starts at the lowest value that the last one does not hold. Three apart still
+// means farther than eps, since there are two whole sides in between.
 Intervals greedy_intervals(const double* values, std::size_t n, const Ball& ball) {
   std::vector<std::uint32_t> order(n);
   std::iota(order.begin(), order.end(), 0U);
   const auto value = [values](std::uint32_t i) { return values[2 * std::size_t{i}]; };
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return value(a) < value(b); });
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return value(a) < value(b); });
   Intervals intervals{std::vector<std::uint32_t>(n), 1};
   double start = value(order.front());
   for (const std::uint32_t i : order) {
@@ -80,8 +83,8 @@ std::vector<Keyed> sorted_by_cell(const Intervals& rows, const Intervals& column
 
 void gather_points(Grid& grid, const std::vector<Keyed>& records, const double* points) {
   const std::size_t n = records.size();
-  grid.x.resize(n + 4);
-  grid.y.resize(n + 4);
+  grid.x.resize(n + Grid::kPadding);
+  grid.y.resize(n + Grid::kPadding);
   grid.index.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const double* point = points + 2 * std::size_t{records[i].row};
@@ -110,7 +113,8 @@ Grid make_grid(const double* points, std::size_t n, double eps) {
   Grid grid;
   const Intervals columns = split_axis(points, n, eps);
   const Intervals rows = split_axis(points + 1, n, eps);
-  const int column_bits = bit_width(columns.count + 3);  // two columns on either side, for neighbours to end in
+  const int column_bits =
+      bit_width(columns.count + 3);  // two columns on either side, for neighbours to end in
   const std::vector<Keyed> records = sorted_by_cell(rows, columns, column_bits);
   gather_points(grid, records, points);
   mark_cells(grid, records);

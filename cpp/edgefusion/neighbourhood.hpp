@@ -16,11 +16,13 @@ struct Span {
   std::uint32_t end;
 };
 
-/// All occupied cells that a point of the present cell can reach: one span for each row, the nearest rows first.
+/// All occupied cells that a point of the present cell can reach: one span for each row, the nearest rows
+/// first.
 class Neighbourhood {
  public:
   explicit Neighbourhood(const Grid& grid) : key_(grid.key.data()) {
-    for (std::size_t i = 0; i < spans_.size(); ++i) offset_[i] = kRows[i] * grid.row_stride - 2;  // may wrap around
+    for (std::size_t i = 0; i < spans_.size(); ++i)
+      offset_[i] = kRows[i] * grid.row_stride - 2;  // may wrap around
   }
 
   /// Moves on to a later cell; over the whole grid that takes linear time.
