@@ -13,10 +13,10 @@ namespace {
 // Up to here, trying all pairs is faster than splitting.
 constexpr std::size_t kFewPairs = 1024;
 
-bool touch_directly(const Grid& grid, const Ball& ball, PointRange a, PointRange b) {
+bool touch_directly(const Points& points, const Ball& ball, PointRange a, PointRange b) {
   for (std::uint32_t i = a.begin; i < a.end; ++i)
     for (std::uint32_t j = b.begin; j < b.end; ++j)
-      if (ball.reaches(grid.x[i] - grid.x[j], grid.y[i] - grid.y[j])) return true;
+      if (ball.reaches(points.x[i] - points.x[j], points.y[i] - points.y[j])) return true;
   return false;
 }
 
@@ -31,7 +31,7 @@ class Halving {
  public:
   using Point = std::vector<std::uint32_t>::iterator;
 
-  Halving(const Grid& grid, const Ball& ball) : grid_(grid), ball_(ball) {}
+  Halving(const Points& points, const Ball& ball) : points_(points), ball_(ball) {}
 
   bool touch(Point a, Point a_end, Point b, Point b_end) const {
     if (reaches(*a, *b)) return true;
@@ -46,7 +46,7 @@ class Halving {
 
  private:
   bool reaches(std::uint32_t i, std::uint32_t j) const {
-    return ball_.reaches(grid_.x[i] - grid_.x[j], grid_.y[i] - grid_.y[j]);
+    return ball_.reaches(points_.x[i] - points_.x[j], points_.y[i] - points_.y[j]);
   }
 
   bool any_pair(Point a, Point a_end, Point b, Point b_end) const {
@@ -57,19 +57,19 @@ class Halving {
 
   bool touch_halves(Point a, Point a_end, const Bounds& wide, Point b, Point b_end) const {
     const bool along_x = wide.high_x - wide.low_x > wide.high_y - wide.low_y;
-    const std::vector<double>& value = along_x ? grid_.x : grid_.y;
+    const std::vector<double>& value = along_x ? points_.x : points_.y;
     const Point middle = a + (a_end - a) / 2;
     std::nth_element(a, middle, a_end, [&](std::uint32_t i, std::uint32_t j) { return value[i] < value[j]; });
     return touch(a, middle, b, b_end) || touch(middle, a_end, b, b_end);
   }
 
   Bounds bounds(Point a, Point a_end) const {
-    Bounds box{grid_.x[*a], grid_.x[*a], grid_.y[*a], grid_.y[*a]};
+    Bounds box{points_.x[*a], points_.x[*a], points_.y[*a], points_.y[*a]};
     for (; a < a_end; ++a) {
-      box.low_x = std::min(box.low_x, grid_.x[*a]);
-      box.high_x = std::max(box.high_x, grid_.x[*a]);
-      box.low_y = std::min(box.low_y, grid_.y[*a]);
-      box.high_y = std::max(box.high_y, grid_.y[*a]);
+      box.low_x = std::min(box.low_x, points_.x[*a]);
+      box.high_x = std::max(box.high_x, points_.x[*a]);
+      box.low_y = std::min(box.low_y, points_.y[*a]);
+      box.high_y = std::max(box.high_y, points_.y[*a]);
     }
     return box;
   }
@@ -81,7 +81,7 @@ class Halving {
     return !ball_.reaches(gap_x, gap_y);
   }
 
-  const Grid& grid_;
+  const Points& points_;
   const Ball& ball_;
 };
 
@@ -93,11 +93,11 @@ std::vector<std::uint32_t> points_of(PointRange range) {
 
 }  // namespace
 
-bool touch(const Grid& grid, const Ball& ball, PointRange a, PointRange b) {
-  if (std::size_t{a.end - a.begin} * (b.end - b.begin) <= kFewPairs) return touch_directly(grid, ball, a, b);
+bool touch(const Points& points, const Ball& ball, PointRange a, PointRange b) {
+  if (std::size_t{a.end - a.begin} * (b.end - b.begin) <= kFewPairs) return touch_directly(points, ball, a, b);
   std::vector<std::uint32_t> points_a = points_of(a);
   std::vector<std::uint32_t> points_b = points_of(b);
-  return Halving(grid, ball).touch(points_a.begin(), points_a.end(), points_b.begin(), points_b.end());
+  return Halving(points, ball).touch(points_a.begin(), points_a.end(), points_b.begin(), points_b.end());
 }
 
 }  // namespace edgefusion
