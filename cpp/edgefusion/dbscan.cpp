@@ -17,7 +17,6 @@
 #include "edgefusion/ball.hpp"
 #include "edgefusion/disjoint_sets.hpp"
 #include "edgefusion/grid.hpp"
-#include "edgefusion/near_points.hpp"
 #include "edgefusion/neighbourhood.hpp"
 #include "edgefusion/points.hpp"
 #include "edgefusion/touch.hpp"
@@ -68,7 +67,6 @@ class Clustering {
   PointRange cores(std::uint32_t cell) const { return {cores_begin_[cell], cores_begin_[cell + 1]}; }
   PointRange cores(const Span& span) const { return {cores_begin_[span.begin], cores_begin_[span.end]}; }
   bool has_core(std::uint32_t cell) const { return cores_begin_[cell] < cores_begin_[cell + 1]; }
-
   PointRange others(std::uint32_t cell) const { return {others_begin_[cell], others_begin_[cell + 1]}; }
 
   void find_clusters() {
@@ -88,8 +86,8 @@ class Clustering {
     sort_points(cell, [this, &near](std::uint32_t point) { return count_reached(point, near); });
   }
 
-  // Sorts a cell's points into core points, others and those that reach nobody. Which of them a point is cannot be
-  // predicted, so it is written to both lists and only one of them moves on.
+  // Sorts a cell's points into core points, others and those that reach nobody. Which of them a point is
+  // cannot be predicted, so it is written to both lists and only one of them moves on.
   template <typename Count>
   void sort_points(std::uint32_t cell, Count count_of) {
     std::uint32_t core = cores_begin_[cell];
@@ -123,14 +121,18 @@ class Clustering {
     return count;
   }
 
-  // Stops soon after `enough`. Four at a time and no branch for each: a span of a sparse grid has about two points.
+  // Stops soon after `enough`. Four at a time and no branch for each: a span of a sparse grid has about two
+  // points.
   std::uint32_t count_reached(std::uint32_t point, PointRange range, std::uint32_t enough) const {
     const double px = grid_.points.x[point];
     const double py = grid_.points.y[point];
     std::uint32_t count = 0;
-    for (std::uint32_t j = range.begin; j < range.end && count < enough; j += 4)
-      for (std::uint32_t i = 0; i < 4; ++i)
-        count += ball_.reaches(grid_.points.x[j + i] - px, grid_.points.y[j + i] - py) & (i < range.end - j);
+    for (std::uint32_t j = range.begin; j < range.end && count < enough; j += 4) {
+      const double* const x = &grid_.points.x[j];
+      const double* const y = &grid_.points.y[j];
+      const std::uint32_t left = range.end - j;
+      for (std::uint32_t i = 0; i < 4; ++i) count += ball_.reaches(x[i] - px, y[i] - py) & (i < left);
+    }
     return count;
   }
 
@@ -168,30 +170,37 @@ class Clustering {
       cores_.number[core] = static_cast<std::uint32_t>(labels[cores_.number[core]]);
   }
 
-  bool sees_core(const Neighbourhood& near) const {
-    return std::any_of(near.begin(), near.end(), [this](const Span& span) {
-      return cores_begin_[span.begin] < cores_begin_[span.end];
-    });
-  }
-
   // Every other point joins the lowest cluster that has a core point within its reach.
   void label_borders(std::int32_t* labels) {
     Neighbourhood near(grid_);
-    NearPoints near_cores(ball_);
     for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
       const PointRange range = others(cell);
       if (range.begin == range.end) continue;
       near.slide_to(cell);
-      if (!sees_core(near)) continue;
-      near_cores.clear();
-      for (const Span& span : near) near_cores.append(cores_, cores(span));
-      near_cores.close();
-      for (std::uint32_t i = range.begin; i < range.end; ++i) {
-        const std::uint32_t point = others_[i];
-        const std::uint32_t lowest = near_cores.lowest_number(grid_.points.x[point], grid_.points.y[point]);
-        labels[grid_.points.number[point]] = static_cast<std::int32_t>(lowest);  // none is kNoise
+      for (std::uint32_t i = range.begin; i < range.end; ++i)
+        labels[grid_.points.number[others_[i]]] = lowest_cluster(others_[i], near);
+    }
+  }
+
+  // Unsigned, noise is the highest number of all, and what is not reached is made noise: no branch is needed.
+  std::int32_t lowest_cluster(std::uint32_t point, const Neighbourhood& near) const {
+    const double px = grid_.points.x[point];
+    const double py = grid_.points.y[point];
+    auto lowest = static_cast<std::uint32_t>(kNoise);
+    for (const Span& span : near) {
+      const PointRange range = cores(span);
+      for (std::uint32_t j = range.begin; j < range.end; j += 4) {
+        const double* const x = &cores_.x[j];
+        const double* const y = &cores_.y[j];
+        const std::uint32_t* const cluster = &cores_.number[j];
+        const std::uint32_t left = range.end - j;
+        for (std::uint32_t i = 0; i < 4; ++i) {
+          const std::uint32_t reached = ball_.reaches(x[i] - px, y[i] - py) & (i < left);
+          lowest = std::min(lowest, cluster[i] | (reached - 1));
+        }
       }
     }
+    return static_cast<std::int32_t>(lowest);
   }
 
   Grid grid_;
@@ -201,7 +210,7 @@ class Clustering {
   std::vector<std::uint32_t> cores_begin_;  // of each cell; one more ends the last cell
   std::vector<std::uint32_t> others_;       // points that are not cores but reach somebody, cell by cell
   std::vector<std::uint32_t> others_begin_;
-  DisjointSets clusters_;                   // of cells with core points
+  DisjointSets clusters_;  // of cells with core points
 };
 
 }  // namespace

@@ -110,7 +110,8 @@ void mark_cells(Grid& grid, const std::vector<Keyed>& records) {
 Grid make_grid(const double* points, std::size_t n, double eps) {
   const Intervals columns = split_axis(points, n, eps);
   const Intervals rows = split_axis(points + 1, n, eps);
-  const int column_bits = bit_width(columns.count + 3);  // neighbours may end two columns outside on either side
+  const int column_bits =
+      bit_width(columns.count + 3);  // neighbours may end two columns outside on either side
   const std::vector<Keyed> records = sorted_by_cell(rows, columns, column_bits);
   Grid grid(n);
   gather_points(grid.points, records, points);

@@ -22,8 +22,8 @@ struct Grid {
 
   Points points;                     ///< cell by cell, numbered as in the input
   std::vector<std::uint32_t> begin;  ///< of each cell: its first point; one more ends the last cell
-  std::vector<std::uint64_t> key;    ///< of each cell: row * row_stride + column, both above 1; then the padding
-  std::uint64_t row_stride = 0;      ///< two more than the highest column, or above
+  std::vector<std::uint64_t> key;    ///< of each cell: row * row_stride + column; then the padding
+  std::uint64_t row_stride = 0;      ///< two columns and two rows stay free on every side
 
   std::uint32_t point_count() const { return begin.back(); }
   std::uint32_t cell_count() const { return static_cast<std::uint32_t>(begin.size() - 1); }

@@ -43,8 +43,9 @@ class Neighbourhood {
   // How many of the next n cells have a lower key: counted, since a branch for each would be mispredicted.
   template <int n>
   std::uint32_t count_below(std::uint64_t key, std::uint32_t cell) const {
+    const std::uint64_t* const keys = key_ + cell;
     std::uint32_t count = 0;
-    for (int i = 0; i < n; ++i) count += key_[cell + static_cast<std::uint32_t>(i)] < key;
+    for (int i = 0; i < n; ++i) count += keys[i] < key;
     return count;
   }
 

@@ -10,10 +10,9 @@ namespace edgefusion {
 
 /// Points of the plane, each with a number that says which it is, coordinate by coordinate.
 ///
-/// Loops over a few points take several at a time, without a branch for each: that many may be read behind the
-/// last one.
+/// Loops take four at a time, without a branch for each, so a few may be read behind the last one.
 struct Points {
-  static constexpr std::size_t kPadding = 8;
+  static constexpr std::size_t kPadding = 4;
 
   explicit Points(std::size_t n) : x(n + kPadding), y(n + kPadding), number(n + kPadding) {}
 

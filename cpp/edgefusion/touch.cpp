@@ -94,7 +94,8 @@ std::vector<std::uint32_t> points_of(PointRange range) {
 }  // namespace
 
 bool touch(const Points& points, const Ball& ball, PointRange a, PointRange b) {
-  if (std::size_t{a.end - a.begin} * (b.end - b.begin) <= kFewPairs) return touch_directly(points, ball, a, b);
+  if (std::size_t{a.end - a.begin} * (b.end - b.begin) <= kFewPairs)
+    return touch_directly(points, ball, a, b);
   std::vector<std::uint32_t> points_a = points_of(a);
   std::vector<std::uint32_t> points_b = points_of(b);
   return Halving(points, ball).touch(points_a.begin(), points_a.end(), points_b.begin(), points_b.end());

@@ -17,7 +17,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.types import Scan
 
 PERIOD_NS = 26_666_667
-"""Time between two scans of a SICK LMS: its mirror turns 75 times a second, every other turn half a degree on."""
+"""Time between two scans of a SICK LMS: 75 turns a second, every other one half a degree on."""
 
 RANGE_MAX_M = 80.0
 
@@ -31,8 +31,8 @@ _BEAMS = (181, 361)
 def read_carmen(path: Path) -> Iterator[Scan]:
     """The front laser's scans (FLASER) of a CARMEN log, plain or .gz; every other message is skipped.
 
-    The stamp is made up, number of the scan times PERIOD_NS: the log prints seconds since 1970 with six digits,
-    which is useless. No return (81.83 and above: codes of the SICK LMS; the plateau at 51.1) is +inf.
+    The stamp is made up, number of the scan times PERIOD_NS: the log prints seconds since 1970 with six
+    digits, which is useless. No return (81.83 and above: codes of the SICK LMS; the plateau at 51.1) is +inf.
 
     Raises RefusedError, naming file and line, for a line or a file that is not as described.
     """
