@@ -114,7 +114,7 @@ def test_labels_are_those_of_the_definition(points, eps: float, min_points: int)
 
 
 @given(grid_points.filter(bool), radii, minimums)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_labels_equal_scikit_learn_with_ties_and_duplicates(points, eps: float, min_points: int) -> None:
     np.testing.assert_array_equal(
         dbscan(array(points), eps, min_points), by_scikit_learn(array(points), eps, min_points)
