@@ -10,7 +10,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from edgefusion._core import crops
-from timing import Row, interleaved
+from benchmarks.timing import Row, interleaved
 
 Pixels = npt.NDArray[Any]
 Floats = npt.NDArray[Any]

@@ -15,7 +15,7 @@ MIN_SAMPLE_S = 1e-3
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table; `ratio` says how many times faster than the peer, `aim` how many were promised."""
+    """One line of the table; `ratio`: how many times faster than the peer, `aim`: how many were promised."""
 
     name: str
     product_s: float

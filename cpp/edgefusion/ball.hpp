@@ -9,8 +9,8 @@ namespace edgefusion {
 
 /// The closed ball of a radius: dx * dx + dy * dy <= radius * radius, rounded as scikit-learn rounds it.
 ///
-/// Differences are scaled by a power of two that brings the radius near 1. That rounds nothing, and the squares
-/// stay right where radius * radius itself would overflow (1e300) or vanish (1e-300).
+/// Differences are scaled by a power of two that brings the radius near 1. That rounds nothing, and the
+/// squares stay right where radius * radius itself would overflow (1e300) or vanish (1e-300).
 class Ball {
  public:
   explicit Ball(double radius) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the edgefusion authors
 //
-// The grid makes DBSCAN linear (Gunawan 2013): all points of a cell reach each other, so a cell with min_points
-// points needs no distance at all, and the core points of a cell always share a cluster, so clusters are joined cell
-// by cell.
+// The grid makes DBSCAN linear (Gunawan 2013): all points of a cell reach each other, so a cell with
+// min_points points needs no distance at all, and the core points of a cell always share a cluster, so
+// clusters are joined cell by cell.
 #include "edgefusion/dbscan.hpp"
 
 #include <algorithm>
@@ -18,6 +18,8 @@
 #include "edgefusion/disjoint_sets.hpp"
 #include "edgefusion/grid.hpp"
 #include "edgefusion/neighbourhood.hpp"
+#include "edgefusion/points.hpp"
+#include "edgefusion/touch.hpp"
 
 namespace edgefusion {
 namespace {
@@ -36,7 +38,8 @@ void check(const double* points, std::size_t n, double eps, int min_points) {
     refuse("points: expected fewer than 2^31 rows, got ", n);
   for (std::size_t i = 0; i < n; ++i) {
     if (!std::isfinite(points[2 * i]) || !std::isfinite(points[2 * i + 1]))
-      refuse("points: expected finite coordinates, got (", points[2 * i], ", ", points[2 * i + 1], ") in row ", i);
+      refuse("points: expected finite coordinates, got (", points[2 * i], ", ", points[2 * i + 1],
+             ") in row ", i);
   }
 }
 
@@ -46,9 +49,11 @@ class Clustering {
       : grid_(make_grid(points, n, eps)),
         ball_(eps),
         min_points_(min_points),
-        core_end_(grid_.cell_count()),
-        clusters_(grid_.cell_count()),
-        number_(grid_.cell_count(), kNoise) {}
+        cores_(n),
+        cores_begin_(grid_.cell_count() + std::size_t{1}),
+        others_(n + std::size_t{1}),
+        others_begin_(grid_.cell_count() + std::size_t{1}),
+        clusters_(grid_.cell_count()) {}
 
   void label(std::int32_t* labels) {
     find_clusters();
@@ -57,8 +62,12 @@ class Clustering {
   }
 
  private:
-  bool has_core(std::uint32_t cell) const { return core_end_[cell] > grid_.begin[cell]; }
-  bool has_border(std::uint32_t cell) const { return core_end_[cell] < grid_.begin[cell + 1]; }
+  PointRange points(std::uint32_t cell) const { return {grid_.begin[cell], grid_.begin[cell + 1]}; }
+  PointRange points(const Span& span) const { return {grid_.begin[span.begin], grid_.begin[span.end]}; }
+  PointRange cores(std::uint32_t cell) const { return {cores_begin_[cell], cores_begin_[cell + 1]}; }
+  PointRange cores(const Span& span) const { return {cores_begin_[span.begin], cores_begin_[span.end]}; }
+  bool has_core(std::uint32_t cell) const { return cores_begin_[cell] < cores_begin_[cell + 1]; }
+  PointRange others(std::uint32_t cell) const { return {others_begin_[cell], others_begin_[cell + 1]}; }
 
   void find_clusters() {
     Neighbourhood near(grid_);
@@ -69,124 +78,139 @@ class Clustering {
     }
   }
 
-  // Moves the core points of a cell to its front.
   void find_cores(std::uint32_t cell, const Neighbourhood& near) {
-    const std::uint32_t end = grid_.begin[cell + 1];
-    std::uint32_t& core_end = core_end_[cell];
-    core_end = grid_.begin[cell];
-    if (grid_.size(cell) >= min_points_) {
-      core_end = end;
-    } else if (can_have_core(near)) {
-      for (std::uint32_t point = core_end; point < end; ++point)
-        if (is_core(point, near)) swap_points(point, core_end++);
+    const std::uint32_t in_cell = grid_.begin[cell + 1] - grid_.begin[cell];
+    if (in_cell >= min_points_) return sort_points(cell, [in_cell](std::uint32_t) { return in_cell; });
+    const std::uint32_t in_sight = count(near);
+    if (in_sight < min_points_) return sort_points(cell, [in_sight](std::uint32_t) { return in_sight; });
+    sort_points(cell, [this, &near](std::uint32_t point) { return count_reached(point, near); });
+  }
+
+  // Sorts a cell's points into core points, others and those that reach nobody. Which of them a point is
+  // cannot be predicted, so it is written to both lists and only one of them moves on.
+  template <typename Count>
+  void sort_points(std::uint32_t cell, Count count_of) {
+    std::uint32_t core = cores_begin_[cell];
+    std::uint32_t other = others_begin_[cell];
+    for (std::uint32_t point = grid_.begin[cell]; point < grid_.begin[cell + 1]; ++point) {
+      cores_.x[core] = grid_.points.x[point];
+      cores_.y[core] = grid_.points.y[point];
+      cores_.number[core] = grid_.points.number[point];
+      others_[other] = point;
+      const std::uint32_t count = count_of(point);
+      core += count >= min_points_;
+      other += (count < min_points_) & (count > 1);
     }
+    cores_begin_[cell + 1] = core;
+    others_begin_[cell + 1] = other;
   }
 
-  bool can_have_core(const Neighbourhood& near) const {
-    std::uint32_t points = 0;
-    for (const Span& span : near) points += grid_.begin[span.end] - grid_.begin[span.begin];
-    return points >= min_points_;
+  std::uint32_t count(const Neighbourhood& near) const {
+    std::uint32_t count = 0;
+    for (const Span& span : near) count += grid_.begin[span.end] - grid_.begin[span.begin];
+    return count;
   }
 
-  bool is_core(std::uint32_t point, const Neighbourhood& near) const {
+  // How many points it reaches, itself included, but no more than a few above min_points.
+  std::uint32_t count_reached(std::uint32_t point, const Neighbourhood& near) const {
     std::uint32_t count = 0;
     for (const Span& span : near) {
-      count += count_reached(point, grid_.begin[span.begin], grid_.begin[span.end], min_points_ - count);
-      if (count >= min_points_) return true;
-    }
-    return false;
-  }
-
-  // Stops soon after `enough`: a block at a time, for the compiler to work on several points at once.
-  std::uint32_t count_reached(std::uint32_t point, std::uint32_t begin, std::uint32_t end, std::uint32_t enough) const {
-    constexpr std::uint32_t kBlock = 32;
-    const double* const x = grid_.x.data();
-    const double* const y = grid_.y.data();
-    const double px = x[point];
-    const double py = y[point];
-    std::uint32_t count = 0;
-    while (begin < end && count < enough) {
-      const std::uint32_t block_end = begin + std::min(kBlock, end - begin);
-      for (; begin < block_end; ++begin) count += ball_.reaches(x[begin] - px, y[begin] - py);
+      count += count_reached(point, points(span), min_points_ - count);
+      if (count >= min_points_) break;
     }
     return count;
   }
 
-  void swap_points(std::uint32_t a, std::uint32_t b) {
-    std::swap(grid_.x[a], grid_.x[b]);
-    std::swap(grid_.y[a], grid_.y[b]);
-    std::swap(grid_.index[a], grid_.index[b]);
+  // Stops soon after `enough`. Four at a time and no branch for each: a span of a sparse grid has about two
+  // points.
+  std::uint32_t count_reached(std::uint32_t point, PointRange range, std::uint32_t enough) const {
+    const double px = grid_.points.x[point];
+    const double py = grid_.points.y[point];
+    std::uint32_t count = 0;
+    for (std::uint32_t j = range.begin; j < range.end && count < enough; j += 4) {
+      const double* const x = &grid_.points.x[j];
+      const double* const y = &grid_.points.y[j];
+      const std::uint32_t left = range.end - j;
+      for (std::uint32_t i = 0; i < 4; ++i) count += ball_.reaches(x[i] - px, y[i] - py) & (i < left);
+    }
+    return count;
   }
 
-  // Each pair of cells is connected once, when the later one is visited: the cores of the earlier are known by then.
+  // Each pair of cells is connected once, when the later one is visited: the cores of the earlier are known.
   void connect_to_earlier(std::uint32_t cell, const Neighbourhood& near) {
     std::uint32_t root = cell;
     for (const Span& span : near) {
       for (std::uint32_t other = span.begin; other < std::min(span.end, cell); ++other) {
         if (!has_core(other)) continue;
         const std::uint32_t other_root = clusters_.find(other);
-        if (other_root != root && cores_touch(cell, other)) root = clusters_.join(root, other_root);
+        if (other_root != root && touch(cores_, ball_, cores(cell), cores(other)))
+          root = clusters_.join(root, other_root);
       }
     }
-  }
-
-  bool cores_touch(std::uint32_t a, std::uint32_t b) const {
-    for (std::uint32_t point = grid_.begin[a]; point < core_end_[a]; ++point)
-      if (reaches_core_of(point, b)) return true;
-    return false;
-  }
-
-  bool reaches_core_of(std::uint32_t point, std::uint32_t cell) const {
-    for (std::uint32_t core = grid_.begin[cell]; core < core_end_[cell]; ++core)
-      if (ball_.reaches(grid_.x[core] - grid_.x[point], grid_.y[core] - grid_.y[point])) return true;
-    return false;
   }
 
   // In the order of the input, so that the cluster with the lowest core index comes first.
   void number_clusters(std::int32_t* labels) {
+    const std::uint32_t n = grid_.point_count();
+    std::fill_n(labels, n, kNoise);
     for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
       const auto root = static_cast<std::int32_t>(clusters_.find(cell));
-      std::uint32_t point = grid_.begin[cell];
-      for (; point < core_end_[cell]; ++point) labels[grid_.index[point]] = root;
-      for (; point < grid_.begin[cell + 1]; ++point) labels[grid_.index[point]] = kNoise;
+      const PointRange range = cores(cell);
+      for (std::uint32_t core = range.begin; core < range.end; ++core) labels[cores_.number[core]] = root;
     }
+    std::vector<std::int32_t> number(grid_.cell_count(), kNoise);
     std::int32_t next = 0;
-    for (std::size_t i = 0; i < grid_.index.size(); ++i) {
+    for (std::uint32_t i = 0; i < n; ++i) {
       if (labels[i] == kNoise) continue;
-      std::int32_t& number = number_[static_cast<std::size_t>(labels[i])];
-      if (number == kNoise) number = next++;
-      labels[i] = number;
+      std::int32_t& of_root = number[static_cast<std::size_t>(labels[i])];
+      if (of_root == kNoise) of_root = next++;
+      labels[i] = of_root;
     }
+    for (std::uint32_t core = 0; core < cores_begin_.back(); ++core)
+      cores_.number[core] = static_cast<std::uint32_t>(labels[cores_.number[core]]);
   }
 
+  // Every other point joins the lowest cluster that has a core point within its reach.
   void label_borders(std::int32_t* labels) {
     Neighbourhood near(grid_);
     for (std::uint32_t cell = 0; cell < grid_.cell_count(); ++cell) {
-      if (!has_border(cell)) continue;
+      const PointRange range = others(cell);
+      if (range.begin == range.end) continue;
       near.slide_to(cell);
-      for (std::uint32_t point = core_end_[cell]; point < grid_.begin[cell + 1]; ++point)
-        labels[grid_.index[point]] = lowest_cluster(point, near);
+      for (std::uint32_t i = range.begin; i < range.end; ++i)
+        labels[grid_.points.number[others_[i]]] = lowest_cluster(others_[i], near);
     }
   }
 
-  std::int32_t lowest_cluster(std::uint32_t point, const Neighbourhood& near) {
-    std::int32_t lowest = kNoise;
+  // Unsigned, noise is the highest number of all, and what is not reached is made noise: no branch is needed.
+  std::int32_t lowest_cluster(std::uint32_t point, const Neighbourhood& near) const {
+    const double px = grid_.points.x[point];
+    const double py = grid_.points.y[point];
+    auto lowest = static_cast<std::uint32_t>(kNoise);
     for (const Span& span : near) {
-      for (std::uint32_t cell = span.begin; cell < span.end; ++cell) {
-        if (!has_core(cell)) continue;
-        const std::int32_t number = number_[clusters_.find(cell)];
-        if ((lowest == kNoise || number < lowest) && reaches_core_of(point, cell)) lowest = number;
+      const PointRange range = cores(span);
+      for (std::uint32_t j = range.begin; j < range.end; j += 4) {
+        const double* const x = &cores_.x[j];
+        const double* const y = &cores_.y[j];
+        const std::uint32_t* const cluster = &cores_.number[j];
+        const std::uint32_t left = range.end - j;
+        for (std::uint32_t i = 0; i < 4; ++i) {
+          const std::uint32_t reached = ball_.reaches(x[i] - px, y[i] - py) & (i < left);
+          lowest = std::min(lowest, cluster[i] | (reached - 1));
+        }
       }
     }
-    return lowest;
+    return static_cast<std::int32_t>(lowest);
   }
 
   Grid grid_;
   Ball ball_;
   std::uint32_t min_points_;
-  std::vector<std::uint32_t> core_end_;  // of each cell: the end of its core points
-  DisjointSets clusters_;                // of cells with core points
-  std::vector<std::int32_t> number_;     // of each root cell: its cluster's number
+  Points cores_;                            // cell by cell; numbered as in the input, then by cluster
+  std::vector<std::uint32_t> cores_begin_;  // of each cell; one more ends the last cell
+  std::vector<std::uint32_t> others_;       // points that are not cores but reach somebody, cell by cell
+  std::vector<std::uint32_t> others_begin_;
+  DisjointSets clusters_;  // of cells with core points
 };
 
 }  // namespace

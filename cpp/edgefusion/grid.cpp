@@ -12,8 +12,9 @@
 namespace edgefusion {
 namespace {
 
-// A cell's side in units of eps. Below sqrt(1/2), so that the diagonal is shorter than eps by far more than any
-// rounding here; above 1/2, so that whatever lies three cells away is farther than eps, by as wide a margin.
+// A cell's side in units of eps. Below sqrt(1/2), so that the diagonal is shorter than eps by far more than
+// any rounding here; above 1/2, so that whatever lies three cells away is farther than eps, by as wide a
+// margin.
 constexpr double kSide = 0.7;
 
 // Up to here an interval's number, computed in doubles, is right to a millionth of an interval.
@@ -28,17 +29,19 @@ struct Intervals {
 Intervals even_intervals(const double* values, std::size_t n, double low, double high, double per_unit) {
   Intervals intervals{std::vector<std::uint32_t>(n), static_cast<std::uint32_t>((high - low) * per_unit) + 1};
   for (std::size_t i = 0; i < n; ++i)
-    intervals.of_point[i] = static_cast<std::uint32_t>(static_cast<std::int32_t>((values[2 * i] - low) * per_unit));
+    intervals.of_point[i] =
+        static_cast<std::uint32_t>(static_cast<std::int32_t>((values[2 * i] - low) * per_unit));
   return intervals;
 }
 
-// For any extent: each interval starts at the lowest value that the last one does not hold. Three apart still means
-// farther than eps, since there are two whole sides in between.
+// For any extent: each interval starts at the lowest value that the last one does not hold. Three apart still
+// means farther than eps, since there are two whole sides in between.
 Intervals greedy_intervals(const double* values, std::size_t n, const Ball& ball) {
   std::vector<std::uint32_t> order(n);
   std::iota(order.begin(), order.end(), 0U);
   const auto value = [values](std::uint32_t i) { return values[2 * std::size_t{i}]; };
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return value(a) < value(b); });
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return value(a) < value(b); });
   Intervals intervals{std::vector<std::uint32_t>(n), 1};
   double start = value(order.front());
   for (const std::uint32_t i : order) {
@@ -78,41 +81,40 @@ std::vector<Keyed> sorted_by_cell(const Intervals& rows, const Intervals& column
   return records;
 }
 
-void gather_points(Grid& grid, const std::vector<Keyed>& records, const double* points) {
-  const std::size_t n = records.size();
-  grid.x.resize(n);
-  grid.y.resize(n);
-  grid.index.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double* point = points + 2 * std::size_t{records[i].row};
-    grid.x[i] = point[0];
-    grid.y[i] = point[1];
-    grid.index[i] = records[i].row;
+void gather_points(Points& points, const std::vector<Keyed>& records, const double* from) {
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const std::uint32_t row = records[i].row;
+    points.x[i] = from[2 * std::size_t{row}];
+    points.y[i] = from[2 * std::size_t{row} + 1];
+    points.number[i] = row;
   }
 }
 
+// A cell for every change of the key. Where it changes cannot be predicted, so nothing branches on it.
 void mark_cells(Grid& grid, const std::vector<Keyed>& records) {
-  const auto n = static_cast<std::uint32_t>(records.size());
-  grid.begin.reserve(records.size() + 1);
-  grid.key.reserve(records.size() + Grid::kPadding);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    if (i > 0 && records[i].key == records[i - 1].key) continue;
-    grid.begin.push_back(i);
-    grid.key.push_back(records[i].key);
+  grid.begin.resize(records.size() + 1);
+  grid.key.resize(records.size() + Grid::kPadding);
+  std::size_t cells = 0;
+  for (std::uint32_t i = 0; i < records.size(); ++i) {
+    cells += i == 0 || records[i].key != records[i - 1].key;
+    grid.key[cells - 1] = records[i].key;
+    grid.begin[cells] = i + 1;
   }
-  grid.begin.push_back(n);
-  grid.key.insert(grid.key.end(), Grid::kPadding, std::numeric_limits<std::uint64_t>::max());
+  grid.begin.resize(cells + 1);
+  grid.key.resize(cells);
+  grid.key.resize(cells + Grid::kPadding, std::numeric_limits<std::uint64_t>::max());
 }
 
 }  // namespace
 
 Grid make_grid(const double* points, std::size_t n, double eps) {
-  Grid grid;
   const Intervals columns = split_axis(points, n, eps);
   const Intervals rows = split_axis(points + 1, n, eps);
-  const int column_bits = bit_width(columns.count + 3);  // two columns on either side, for neighbours to end in
+  const int column_bits =
+      bit_width(columns.count + 3);  // neighbours may end two columns outside on either side
   const std::vector<Keyed> records = sorted_by_cell(rows, columns, column_bits);
-  gather_points(grid, records, points);
+  Grid grid(n);
+  gather_points(grid.points, records, points);
   mark_cells(grid, records);
   grid.row_stride = std::uint64_t{1} << column_bits;
   return grid;

@@ -16,11 +16,13 @@ struct Span {
   std::uint32_t end;
 };
 
-/// All occupied cells that a point of the present cell can reach: one span for each row, the nearest rows first.
+/// All occupied cells that a point of the present cell can reach: one span for each row, the nearest rows
+/// first.
 class Neighbourhood {
  public:
   explicit Neighbourhood(const Grid& grid) : key_(grid.key.data()) {
-    for (std::size_t i = 0; i < spans_.size(); ++i) offset_[i] = kRows[i] * grid.row_stride - 2;  // may wrap around
+    for (std::size_t i = 0; i < spans_.size(); ++i)
+      offset_[i] = kRows[i] * grid.row_stride - 2;  // may wrap around
   }
 
   /// Moves on to a later cell; over the whole grid that takes linear time.
@@ -41,8 +43,9 @@ class Neighbourhood {
   // How many of the next n cells have a lower key: counted, since a branch for each would be mispredicted.
   template <int n>
   std::uint32_t count_below(std::uint64_t key, std::uint32_t cell) const {
+    const std::uint64_t* const keys = key_ + cell;
     std::uint32_t count = 0;
-    for (int i = 0; i < n; ++i) count += key_[cell + static_cast<std::uint32_t>(i)] < key;
+    for (int i = 0; i < n; ++i) count += keys[i] < key;
     return count;
   }
 

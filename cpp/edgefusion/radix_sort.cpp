@@ -13,10 +13,10 @@ namespace {
 constexpr int kMaxDigitBits = 11;
 constexpr int kMinDigitBits = 6;
 
-// One bucket per record at most: a scan of 361 beams must not pay for 2048 of them.
+// About a bucket per record: a scan of 361 beams must not pay for 2048 of them.
 int widest_digit(std::size_t n) {
   int bits = kMinDigitBits;
-  while (bits < kMaxDigitBits && (n >> bits) > 1) ++bits;
+  while (bits < kMaxDigitBits && (n >> bits) > 0) ++bits;
   return bits;
 }
 
