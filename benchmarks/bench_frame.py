@@ -10,9 +10,11 @@ image nor the decoding of boxes, which favours them.
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +38,13 @@ LABELS = [f"class {index}" for index in range(1000)]
 T_CAMERA_LASER = np.array([[0, -1, 0, 0], [0, 0, -1, 0.2], [1, 0, 0, 0], [0, 0, 0, 1]], float)
 LASER_HEIGHT_M = 0.25
 ANGLES = np.radians(np.linspace(-90, 90, 361))
+
+
+@dataclass(frozen=True)
+class FrameRow(Row):
+    """Seconds per frame; the table also says how many frames a second that is."""
+
+    unit: str = "frame"
 
 
 class InstantClassifier(Classifier):
@@ -142,14 +151,19 @@ def rows_whole(scans: list[Scan], threads: int, rounds: int) -> list[Row]:
         "product": product(Classifier(model, "ResNet18", LABELS, PAPER, options=options), frame, scans),
         "plain pipeline": plain(network(make_session(model, threads)), frame, scans),
     }
-    aims: dict[str, float | None] = {"plain pipeline": None}
-    for peer, (cfg, aim) in PAPERS_RATIOS.items():
+    for peer, (cfg, _) in PAPERS_RATIOS.items():
         if (YOLO_CFG / cfg).is_file():
-            candidates[peer], aims[peer] = yolo(YOLO_CFG / cfg, threads), aim
+            candidates[peer] = yolo(YOLO_CFG / cfg, threads)
     median = interleaved(candidates, rounds)
     name = f"whole frame, ResNet18, 3 boxes, {threads} thread{'s' * (threads > 1)}"
-    product_s = median["product"]
-    return [Row(name, product_s, peer, median[peer], median[peer] / product_s, aim) for peer, aim in aims.items()]
+    aims = {"plain pipeline": None, **{peer: aim for peer, (_, aim) in PAPERS_RATIOS.items()}}
+    return [compared(name, median, peer, aim) for peer, aim in aims.items()]
+
+
+def compared(name: str, median: Mapping[str, float], peer: str, aim: float | None) -> Row:
+    """A row; one without numbers where the peer's layer list is absent."""
+    peer_s, said = median.get(peer, math.nan), "" if peer in median else " (not measured: ../shared/data is absent)"
+    return FrameRow(name, median["product"], f"{peer}{said}", peer_s, peer_s / median["product"], aim)
 
 
 def rows(rounds: int = 15) -> list[Row]:
