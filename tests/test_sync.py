@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -65,14 +66,38 @@ def test_at_38400_baud_the_frame_that_is_already_old_is_taken_at_once() -> None:
         assert now == pair.scan.stamp_ns / MS + 200
 
 
-def test_slow_frames_each_get_the_nearest_of_many_scans_when_they_arrive() -> None:
-    """37.5 Hz scans, 20 ms old on arrival; 10 Hz frames, 60 ms old."""
-    arrivals = stream(scan, 1000 / 37.5, 20, 200) + stream(frame, 100, 60, 50, 7)
+@pytest.mark.parametrize("frame_hz", [10, 15, 24, 30])
+def test_slower_frames_each_get_the_nearest_of_many_scans_when_they_arrive(frame_hz: int) -> None:
+    """37.5 Hz scans, 20 ms old on arrival; frames 60 ms old."""
+    arrivals = stream(scan, 1000 / 37.5, 20, 200) + stream(frame, 1000 / frame_hz, 60, 5 * frame_hz, 7)
     pairs = play(synchronizer(), arrivals)
-    assert len(pairs) == 50
-    for now, pair in pairs[1:]:
+    assert len(pairs) == 5 * frame_hz
+    for now, pair in pairs[2:]:  # the pace of the frames shows with the second
         assert abs(pair.dt_ns) <= 1000 / 37.5 / 2 * MS + 1
-        assert now == pair.frame.stamp_ns / MS + 60
+        assert now == pytest.approx(pair.frame.stamp_ns / MS + 60)
+
+
+@given(st.integers(0, 2**32), st.sampled_from([10, 15, 30]))
+def test_jitter_and_lost_messages_cost_few_waits_and_hardly_a_nearer_partner(seed: int, frame_hz: int) -> None:
+    """37.5 Hz scans and frames 60 ms late, 2 ms of jitter, every twentieth lost."""
+    rng = np.random.default_rng(seed)
+
+    def shaken(messages):
+        moved = [(now, ms + rng.uniform(-2, 2)) for now, ms in messages if rng.random() > 0.05]
+        return [(now + 2, ms) for now, ms in moved]
+
+    scans = shaken(stream(float, 1000 / 37.5, 20, 150))
+    frames = shaken(stream(float, 1000 / frame_hz, 60, 4 * frame_hz, 7))
+    arrivals = [(now, scan(ms)) for now, ms in scans] + [(now, frame(ms)) for now, ms in frames]
+    pairs = play(synchronizer(), arrivals)
+    assert len(pairs) >= 0.9 * len(frames)
+    arrived = {round(ms * MS): now for now, ms in frames}
+    at_once = sum(now == arrived[pair.frame.stamp_ns] for now, pair in pairs)
+    nearest = sum(
+        abs(pair.dt_ns) <= min(abs(round(ms * MS) - pair.frame.stamp_ns) for _, ms in scans) for _, pair in pairs
+    )
+    assert at_once >= 0.8 * len(pairs)
+    assert nearest >= 0.9 * len(pairs)
 
 
 def test_a_scan_waits_for_a_nearer_frame_that_is_still_on_its_way() -> None:
@@ -124,6 +149,43 @@ def test_a_clock_that_jumps_ahead_drops_what_waited_and_goes_on() -> None:
     after = play(sync, stream(scan, 100, 0, 10, hour) + stream(frame, 100, 1, 10, hour))
     dts = [pair.dt_ns for _, pair in after if pair.scan.stamp_ns >= hour * MS]
     assert dts == [0] * 10
+
+
+def test_messages_in_flight_while_a_recording_starts_over_cost_no_more_than_themselves() -> None:
+    """The scans start over 0.3 s before the frames do, so that old and new stamps arrive in turn."""
+    sync = synchronizer()
+    hour = 3_600_000
+    old = stream(scan, 100, 0, 20, hour) + stream(frame, 100, 300, 20, hour)
+    new = [(hour + 2000 + now, message) for now, message in stream(scan, 100, 0, 20) + stream(frame, 100, 300, 20)]
+    pairs = [pair for _, pair in play(sync, old + new)]
+    assert len([pair for pair in pairs if pair.scan.stamp_ns >= hour * MS]) >= 16
+    assert len([pair for pair in pairs if pair.scan.stamp_ns < hour * MS]) >= 16
+    assert all(pair.dt_ns == 0 for pair in pairs)
+
+
+def test_one_stamp_that_is_hours_ahead_does_not_stop_the_pairing() -> None:
+    sync = synchronizer()
+    play(sync, stream(scan, 100, 0, 10) + stream(frame, 100, 1, 10))
+    sync.add_scan(scan(3_600_000))
+    after = play(sync, stream(scan, 100, 0, 10, 1000) + stream(frame, 100, 1, 10, 1000))
+    assert len(after) == 10
+
+
+def test_the_last_pair_of_a_recording_is_flushed() -> None:
+    sync = synchronizer()
+    assert sync.flush() == []
+    sync.add_scan(scan(0))
+    assert sync.add_frame(frame(30)) == []  # the next scan may be nearer
+    (pair,) = sync.flush()
+    assert pair.dt_ns == 30 * MS
+    assert sync.flush() == []
+    assert sync.counts == {"scan paired": 1, "frame paired": 1}
+
+
+def test_what_is_flushed_is_within_the_tolerance() -> None:
+    sync = synchronizer(tolerance_ms=20)
+    play(sync, [(0, scan(0)), (1, frame(30))])
+    assert sync.flush() == []
 
 
 def test_a_stamp_that_does_not_rise_is_dropped_and_counted() -> None:

@@ -7,8 +7,10 @@ its middle beam, when the frame that matches it is long there. No clock is read;
 
 A pair is proposed when its scan and its frame are each other's nearest among the unused ones, within the tolerance.
 The earliest proposed pair is emitted once waiting cannot improve it: the next frame of the stream would be no nearer to
-the scan, nor the next scan to the frame. When the next message may come is taken from the stream's own pace. A stream
-that falls silent is not waited for longer than half the horizon.
+the scan, nor the next scan to the frame. The next message is expected no sooner than the shortest of the last eight
+intervals of its stream: at a steady pace every pair is the one that an oracle would choose, and where a message comes
+sooner than that, a pair may be the second best. A stream that falls silent is not waited for longer than half the
+horizon, and at the end of a recording `flush` gives the pairs that still wait.
 
 Every message ends once: paired, dropped for a reason that `counts` names, or still in the buffer.
 """
@@ -62,17 +64,22 @@ class Synchronizer:
         """Takes a frame; returns the pairs that are complete now, in order."""
         return self._emit() if self._admit(self._frames, frame) else []
 
+    def flush(self) -> list[Pair]:
+        """The pairs that still wait for something nearer, for the end of a recording."""
+        return self._emit(waiting=True)
+
     def _admit(self, stream: _Stream[Message], message: Message) -> bool:
         if stream.newest_ns is not None and message.stamp_ns < stream.newest_ns - self._horizon_ns:
             self._scans.start_anew()
             self._frames.start_anew()
         return stream.append(message)
 
-    def _emit(self) -> list[Pair]:
+    def _emit(self, waiting: bool = False) -> list[Pair]:
+        """Takes out the pairs that are final, or, where nothing more will come, those that wait as well."""
         pairs = []
         while True:
             pair = self._earliest_mutual()
-            if pair is None or not self._is_final(pair):
+            if pair is None or not (waiting or self._is_final(pair)):
                 break
             self._scans.take(pair.scan.stamp_ns)
             self._frames.take(pair.frame.stamp_ns)
@@ -83,7 +90,7 @@ class Synchronizer:
         return pairs
 
     def _newest_ns(self) -> int:
-        return max(ns for ns in (self._scans.newest_ns, self._frames.newest_ns) if ns is not None)
+        return max((ns for ns in (self._scans.newest_ns, self._frames.newest_ns) if ns is not None), default=0)
 
     def _earliest_mutual(self) -> Pair | None:
         """The first scan and frame that are each other's nearest, within the tolerance."""
@@ -127,9 +134,9 @@ class _Stream(Generic[Message]):
         return True
 
     def next_ns(self) -> int:
-        """The earliest stamp that the next message may have: half the shortest of the recent intervals ahead."""
+        """The earliest stamp that the next message should have: the shortest of the recent intervals ahead."""
         assert self.newest_ns is not None
-        return self.newest_ns + max(min(self._intervals_ns, default=0) // 2, 1)
+        return self.newest_ns + min(self._intervals_ns, default=1)
 
     def nearest(self, stamp_ns: int) -> Message | None:
         """The waiting message nearest to a stamp, the earlier of two that are equally near."""
