@@ -27,6 +27,9 @@ Box = Tuple[int, int, int, int]
 Infer = Callable[[npt.NDArray[np.float32]], npt.NDArray[np.float32]]
 """A batch [n, 3, size, size] to probabilities [n, classes]."""
 
+Resize = Callable[[Pixels], Pixels]
+"""A crop of any size to 256 x 256."""
+
 EPS_M, MIN_POINTS, MAX_WIDTH_M = 0.3, 3, 3.0
 HEIGHTS = (0.6, 1.0, 1.6)
 SIZE = 256
@@ -66,8 +69,11 @@ class Found:
 class PlainPipeline:
     """Steps 2 to 9 of the paper, for the `objects` nearest clusters."""
 
-    def __init__(self, infer: Infer, labels: Sequence[str], geometry: Geometry, objects: int) -> None:
+    def __init__(
+        self, infer: Infer, labels: Sequence[str], geometry: Geometry, objects: int, resize: Resize | None = None
+    ) -> None:
         self._infer, self._labels, self._geometry, self._objects = infer, labels, geometry, objects
+        self._resize = resize or by_pillow
 
     def detect(self, ranges_m: Floats, angles: Floats, image: Pixels) -> list[Found]:
         """The objects in a scan and an RGB image, nearest first."""
@@ -76,7 +82,7 @@ class PlainPipeline:
         clusters = self._clusters(ranges_m, angles, image.shape[1], image.shape[0])
         if not clusters:
             return []
-        probabilities = self._infer(crop(image, [box for _, boxes in clusters for box in boxes]))
+        probabilities = self._infer(crop(image, [box for _, boxes in clusters for box in boxes], self._resize))
         found, first = [], 0
         for members, boxes in clusters:
             class_index, score, winner = vote(probabilities[first : first + len(boxes)])
@@ -127,13 +133,18 @@ class PlainPipeline:
         return boxes
 
 
-def crop(image: Pixels, boxes: Sequence[Box]) -> npt.NDArray[np.float32]:
+def crop(image: Pixels, boxes: Sequence[Box], resize: Resize) -> npt.NDArray[np.float32]:
     """Boxes of an RGB image, squashed to 256 x 256 and normalized: float32[n, 3, 256, 256]."""
     crops = []
     for x0, y0, x1, y1 in boxes:
-        resized = Image.fromarray(image[y0:y1, x0:x1]).resize((SIZE, SIZE), Image.Resampling.BILINEAR)
-        crops.append(((np.asarray(resized, np.float32) / 255 - MEAN) / STD).transpose(2, 0, 1))
+        crop = resize(image[y0:y1, x0:x1])
+        crops.append(((crop.astype(np.float32) / 255 - MEAN) / STD).transpose(2, 0, 1))
     return np.stack(crops)
+
+
+def by_pillow(crop: Pixels) -> Pixels:
+    """As torchvision resizes pictures of Pillow's."""
+    return np.asarray(Image.fromarray(crop).resize((SIZE, SIZE), Image.Resampling.BILINEAR))
 
 
 def vote(probabilities: npt.NDArray[np.float32], top_k: int = 5) -> tuple[int, float, int]:
