@@ -7,10 +7,10 @@ from typing import Any, Callable, Dict, List, Optional, Tuple
 import cv2
 import numpy as np
 import numpy.typing as npt
+from benchmarks.timing import Row, interleaved
 from PIL import Image
 
 from edgefusion._core import crops
-from benchmarks.timing import Row, interleaved
 
 Pixels = npt.NDArray[Any]
 Floats = npt.NDArray[Any]
@@ -40,9 +40,7 @@ def resized(image: Pixels, boxes: Boxes) -> List[Pixels]:
     return [cv2.resize(image[y0:y1, x0:x1], (SIZE, SIZE)) for x0, y0, x1, y1 in boxes]
 
 
-def by_opencv(
-    image: Pixels, boxes: Boxes, out: Floats, plane: Callable[[Pixels, int, Floats], object]
-) -> None:
+def by_opencv(image: Pixels, boxes: Boxes, out: Floats, plane: Callable[[Pixels, int, Floats], object]) -> None:
     for crop, target in zip(resized(image, boxes), out):
         for channel, values in zip((2, 1, 0), cv2.split(crop)):
             plane(values, channel, target[channel])
@@ -89,9 +87,7 @@ def product(image: Pixels, boxes: Boxes, filter: str) -> Callable[[], Floats]:
     return lambda: crops(image, array, SIZE, mean, std, filter=filter, out=out)
 
 
-def scene_rows(
-    name: str, image: Pixels, boxes: Boxes, aims: Tuple[Optional[float], ...], rounds: int
-) -> List[Row]:
+def scene_rows(name: str, image: Pixels, boxes: Boxes, aims: Tuple[Optional[float], ...], rounds: int) -> List[Row]:
     rgb = Image.fromarray(np.ascontiguousarray(image[:, :, ::-1]))
     recipes = opencv_recipes(image, boxes)
     median = interleaved(

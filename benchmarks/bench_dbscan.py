@@ -16,12 +16,12 @@ from typing import Callable, Dict, Iterable
 import dbscan as pypi
 import numpy as np
 import numpy.typing as npt
+from benchmarks.timing import Row, interleaved
 from sklearn.cluster import DBSCAN
 from threadpoolctl import threadpool_limits
 
 from edgefusion._core import dbscan
 from edgefusion.recording.carmen import read_carmen
-from benchmarks.timing import Row, interleaved
 
 Points = npt.NDArray[np.float64]
 Medians = Dict[str, float]
@@ -39,9 +39,7 @@ def points_of(ranges_m: Points, angles: Points) -> Points:
 def real_scans(count: int) -> list[Points]:
     """Scans spread evenly over the real logs; none where they are absent."""
     scans = [scan for log in sorted(CARMEN.glob("*.log.gz")) for scan in read_carmen(log)]
-    return [
-        points_of(scan.ranges_m.astype(float), scan.angles) for scan in scans[:: len(scans) // count or 1]
-    ]
+    return [points_of(scan.ranges_m.astype(float), scan.angles) for scan in scans[:: len(scans) // count or 1]]
 
 
 def room_scans(count: int) -> list[Points]:

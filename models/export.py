@@ -106,8 +106,8 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--fit",
         choices=get_args(Fit),
-        default="squash",
-        help="how a box becomes a square (default: the paper's)",
+        default="letterbox",
+        help="how a box becomes a square (default: %(default)s; the paper: squash)",
     )
     add(
         "--filter",

@@ -10,19 +10,19 @@ import numpy as np
 from onnx import TensorProto, helper, numpy_helper, save
 
 from edgefusion.perception.classifier import Classifier, open_classifier
-from edgefusion.perception.preprocessing import PAPER
+from edgefusion.perception.preprocessing import DEFAULT
 
 
 def save_colour_network(folder: Path, colours: dict[str, tuple[int, int, int]], sharpness: float = 40.0) -> Path:
-    """Writes net.onnx and labels.txt; colours: label -> BGR. The class is the nearest colour to the mean pixel.
+    """Writes net.onnx and labels.txt; colours: label -> BGR. The class is the nearest hue of the mean pixel.
 
-    -|m - c|^2 = 2 c m - |c|^2 + a constant, for the mean pixel m: a pooling and a linear layer, after undoing the
-    normalization.
+    Pooling and a linear layer: the mean pixel along each colour's direction, both normalized as for ImageNet, so that
+    padding, which is 0, changes how sure it is but not what it says.
     """
     rgb = np.array([colour[::-1] for colour in colours.values()], float) / 255
-    mean, std = np.array(PAPER.mean), np.array(PAPER.std)
-    weights = sharpness * 2 * rgb * std
-    bias = sharpness * (2 * rgb @ mean - (rgb**2).sum(axis=1))
+    normalized = (rgb - np.array(DEFAULT.mean)) / np.array(DEFAULT.std)
+    weights = sharpness * normalized / np.linalg.norm(normalized, axis=1, keepdims=True)
+    bias = np.zeros(len(colours))
     graph = helper.make_graph(
         [
             helper.make_node("GlobalAveragePool", ["x"], ["pooled"]),

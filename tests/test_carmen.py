@@ -28,9 +28,7 @@ def written(folder: Path, *lines: str, name: str = "drive.log") -> Path:
 
 @pytest.mark.parametrize("name", ["drive.log", "drive.log.gz"])
 def test_plain_and_gzipped_logs_read_alike(tmp_path: Path, name: str) -> None:
-    path = written(
-        tmp_path, "# comment\nODOM 1 2 3\n", flaser(["2.5"] * 361), flaser(["3.5"] * 181), name=name
-    )
+    path = written(tmp_path, "# comment\nODOM 1 2 3\n", flaser(["2.5"] * 361), flaser(["3.5"] * 181), name=name)
     half_degree, degree = read_carmen(path)
     assert (half_degree.ranges_m == 2.5).all() and len(half_degree.ranges_m) == 361
     assert (degree.ranges_m == 3.5).all() and len(degree.ranges_m) == 181
@@ -49,9 +47,7 @@ def test_stamps_count_the_scans_since_the_logged_time_is_useless(tmp_path: Path)
 
 
 def test_what_never_came_back_is_infinitely_far(tmp_path: Path) -> None:
-    (scan,) = read_carmen(
-        written(tmp_path, flaser(["81.91", "81.83", "51.12", "51.36", "79.34"] + ["1"] * 356))
-    )
+    (scan,) = read_carmen(written(tmp_path, flaser(["81.91", "81.83", "51.12", "51.36", "79.34"] + ["1"] * 356)))
     assert np.isinf(scan.ranges_m[:3]).all()
     assert np.isfinite(scan.ranges_m[3:]).all()
 

@@ -20,10 +20,10 @@ from edgefusion.perception import network
 from edgefusion.perception.classifier import Classifier, open_classifier
 from edgefusion.perception.model_folder import load_model_folder, make_model_folder, read_labels
 from edgefusion.perception.network import RuntimeOptions, as_probabilities
-from edgefusion.perception.preprocessing import IMAGENET_MEAN, IMAGENET_STD, PAPER, Preprocessing, whole
+from edgefusion.perception.preprocessing import DEFAULT, IMAGENET_MEAN, IMAGENET_STD, Preprocessing, whole
 from make_onnx import LABELS, save_labels, save_tiny
 
-SMALL = msgspec.structs.replace(PAPER, size=32)
+SMALL = msgspec.structs.replace(DEFAULT, size=32)
 IMAGE = np.random.default_rng(0).integers(0, 256, (60, 90, 3), np.uint8)
 BOXES = [(0, 0, 90, 60), (0, 0, 40, 20), (30, 10, 50, 60), (70, 2, 71, 3)]
 
@@ -161,7 +161,7 @@ def open_bare(tmp_path, **options):
 def test_a_bare_model_warns_that_nothing_vouches_for_it(tmp_path, caplog):
     opened = open_bare(tmp_path)
     assert "nothing vouches for a bare model" in caplog.text
-    assert opened.preprocessing == PAPER
+    assert opened.preprocessing == DEFAULT
     assert opened.golden_difference is None
 
 
@@ -230,7 +230,7 @@ def network_sha(path):
     "changes",
     [
         {"size": 40},
-        {"fit": "letterbox"},
+        {"fit": "squash"},
         {"filter": "linear"},
         {"fit": "shorter-side+centre", "crop_fraction": 0.875},
         {"mean": [0.5, 0.5, 0.5]},

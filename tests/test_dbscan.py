@@ -30,9 +30,7 @@ def by_definition(points: list[tuple[float, float]], eps: float, min_points: int
     """In exact numbers: every cluster grows from its lowest core point, clusters in rising order."""
     exact = [(Fraction(x), Fraction(y)) for x, y in points]
     square = Fraction(eps) ** 2
-    near = [
-        [j for j, q in enumerate(exact) if (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 <= square] for p in exact
-    ]
+    near = [[j for j, q in enumerate(exact) if (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 <= square] for p in exact]
     labels = [-1] * len(points)
     for first in range(len(points)):
         if labels[first] != -1 or len(near[first]) < min_points:
@@ -123,9 +121,7 @@ def test_labels_equal_scikit_learn_with_ties_and_duplicates(points, eps: float, 
 
 @given(grid_points, radii, minimums, st.randoms(use_true_random=False))
 @settings(max_examples=200, deadline=None)
-def test_the_order_of_the_points_changes_no_core_cluster_and_no_noise(
-    points, eps, min_points, random
-) -> None:
+def test_the_order_of_the_points_changes_no_core_cluster_and_no_noise(points, eps, min_points, random) -> None:
     order = list(range(len(points)))
     random.shuffle(order)
     labels = dbscan(array(points), eps, min_points)
@@ -155,9 +151,7 @@ extremes = st.sampled_from([0.0, 1.0, -1.0, 1e300, -1e300, 1.1e300, 1e-300, 2e-3
 
 @given(
     st.lists(st.tuples(extremes, extremes), max_size=12),
-    st.sampled_from(
-        [1.5e-300, 0.5, 1.5, 1.5e150, 0.15e300, 1.5e300]
-    ),  # far from a tie, which rounding decides
+    st.sampled_from([1.5e-300, 0.5, 1.5, 1.5e150, 0.15e300, 1.5e300]),  # far from a tie, which rounding decides
     st.integers(1, 4),
 )
 @settings(max_examples=400, deadline=None)
@@ -186,9 +180,7 @@ def test_a_crowd_within_one_eps_is_one_cluster() -> None:
 def test_a_coordinate_that_is_not_finite_is_refused_by_row(value: float, column: int) -> None:
     points = np.zeros((9, 2))
     points[7, column] = value
-    with pytest.raises(
-        ValueError, match=rf"^points: expected finite coordinates, got \(.*{value}.*\) in row 7$"
-    ):
+    with pytest.raises(ValueError, match=rf"^points: expected finite coordinates, got \(.*{value}.*\) in row 7$"):
         dbscan(points, 1.0, 2)
 
 

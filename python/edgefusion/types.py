@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Tuple, TypeVar
+from typing import NamedTuple, Tuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -105,8 +105,7 @@ class Cluster:
     width_m: float
 
 
-@dataclass(frozen=True)
-class ClassScore:
+class ClassScore(NamedTuple):
     """One class of the classifier and the probability or score it got."""
 
     class_index: int

@@ -21,7 +21,7 @@ from edgefusion.perception.network import (
     needs_softmax,
     one_line,
 )
-from edgefusion.perception.preprocessing import PAPER, Boxes, Preprocessing, whole
+from edgefusion.perception.preprocessing import DEFAULT, Boxes, Preprocessing, whole
 
 log = logging.getLogger(__name__)
 
@@ -136,7 +136,7 @@ class Classifier:
 def open_classifier(path: Path, labels: Optional[Path] = None, options: Optional[RuntimeOptions] = None) -> Classifier:
     """A classifier from a model folder, or from a bare .onnx file and its labels. Raises RefusedError.
 
-    Nothing vouches for a bare file, which a warning says; its preprocessing is the paper's, at the size that
+    Nothing vouches for a bare file, which a warning says; its preprocessing is DEFAULT, at the size that
     the network is fixed to if it is to one.
     """
     if path.is_file():
@@ -164,6 +164,6 @@ def _from_folder(folder: ModelFolder, options: Optional[RuntimeOptions]) -> Clas
 def _from_file(path: Path, labels: Optional[Path], options: Optional[RuntimeOptions]) -> Classifier:
     if labels is None:
         raise RefusedError(f"{path}: expected a file of labels for a bare model, got none")
-    preprocessing = msgspec.structs.replace(PAPER, size=fixed_size(path) or PAPER.size)
+    preprocessing = msgspec.structs.replace(DEFAULT, size=fixed_size(path) or DEFAULT.size)
     log.warning("%s: nothing vouches for a bare model; `edgefusion model add` makes a model folder of it", path)
     return Classifier(path.read_bytes(), str(path), read_labels(labels), preprocessing, options=options)

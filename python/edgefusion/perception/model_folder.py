@@ -37,7 +37,7 @@ from edgefusion.perception.golden import (
 )
 from edgefusion.perception.network import Network, RuntimeOptions, as_probabilities, needs_softmax, one_line
 from edgefusion.perception.onnx_header import Precision
-from edgefusion.perception.preprocessing import PAPER, Preprocessing, whole
+from edgefusion.perception.preprocessing import DEFAULT, Preprocessing, whole
 
 VERSION: Literal[1] = 1
 MODEL, LABELS, GOLDEN, MANIFEST = "model.onnx", "labels.txt", "golden.png", "manifest.toml"
@@ -121,7 +121,7 @@ def make_model_folder(
     name: str,
     origin: str,
     licence: str,
-    preprocessing: Preprocessing = PAPER,
+    preprocessing: Preprocessing = DEFAULT,
     softmax: Optional[bool] = None,
     precision: Optional[Precision] = None,
     golden: Optional[Path] = None,

@@ -144,6 +144,7 @@ def _captured_together(recording: FolderRecording, calibration: Calibration, con
         else:
             captured_ns = message.stamp_ns - calibration.camera_latency_ns
             yield from sync.add_frame(dataclasses.replace(message, stamp_ns=captured_ns))
+    yield from sync.flush()
 
 
 def _check_size(recording: FolderRecording, index: int, frame: Frame, calibration: Calibration) -> None:

@@ -23,7 +23,7 @@ PRECISIONS = ("fp32", "fp16", "int8")
 EXAMPLES = """\
 examples:
   edgefusion model add mobilenet.onnx --labels imagenet.txt --licence Apache-2.0
-      makes the folder ./mobilenet, with the paper's preprocessing
+      makes the folder ./mobilenet, with the usual preprocessing of ImageNet's networks
   edgefusion model add resnet.onnx --labels imagenet.txt --size 224 --fit shorter-side+centre
       one that was trained with torchvision's
   edgefusion model check mobilenet
@@ -67,7 +67,12 @@ def _add_add(commands: Any) -> None:
     add("--origin", default="unknown", help="where the network comes from (default: %(default)s)")
     add("--licence", default="unknown", help="of the network (default: %(default)s)")
     add("--size", type=int, help="side of the input, pixels (default: what it is fixed to, else 256)")
-    add("--fit", choices=FITS, default="squash", help="how a box becomes a square (default: the paper's)")
+    add(
+        "--fit",
+        choices=FITS,
+        default="letterbox",
+        help="how a box becomes a square (default: %(default)s; the paper: squash)",
+    )
     add("--filter", choices=FILTERS, default="antialias", help="how it is resized (default: %(default)s)")
     add("--mean", type=float, nargs=3, metavar=("R", "G", "B"), help="of values 0..1 (default: ImageNet's)")
     add("--std", type=float, nargs=3, metavar=("R", "G", "B"), help="of values 0..1 (default: ImageNet's)")
@@ -135,11 +140,11 @@ def run_show(args: argparse.Namespace) -> int:
 
 def _preprocessing(args: argparse.Namespace) -> Preprocessing:
     from edgefusion.perception.network import fixed_size
-    from edgefusion.perception.preprocessing import IMAGENET_MEAN, IMAGENET_STD, PAPER, Preprocessing
+    from edgefusion.perception.preprocessing import DEFAULT, IMAGENET_MEAN, IMAGENET_STD, Preprocessing
 
     fraction = 0.875 if args.fit == "shorter-side+centre" else 1.0
     return Preprocessing(
-        size=args.size if args.size is not None else fixed_size(args.file) or PAPER.size,
+        size=args.size if args.size is not None else fixed_size(args.file) or DEFAULT.size,
         fit=args.fit,
         filter=args.filter,
         mean=tuple(args.mean or IMAGENET_MEAN),
