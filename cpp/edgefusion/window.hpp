@@ -33,9 +33,10 @@ struct Window {
 ///                     needed to lie inside the image or, along an axis where the image is smaller, to cover
 ///                     it. The part of it inside the image, at least one pixel, is stretched to where it lies
 ///                     in the square, rounded to whole pixels.
-/// kShorterSideCentre  torchvision's Resize(round(size / crop_fraction)): the shorter side to that, the longer to
-///                     floor(that * longer / shorter). Then its CenterCrop(size), at round((side - size) / 2).
-///                     What it cuts off is never computed. Halves are rounded to even, as Python does.
+/// kShorterSideCentre  torchvision's Resize(round(size / crop_fraction)): the shorter side to that, the
+/// longer to
+///                     floor(that * longer / shorter). Then its CenterCrop(size), at round((side - size) /
+///                     2). What it cuts off is never computed. Halves are rounded to even, as Python does.
 Window window_of(const Box& box, const Image& image, const CropOptions& options);
 
 }  // namespace edgefusion

@@ -224,6 +224,6 @@ TEST_CASE("shorter side and centre follow torchvision's rounding") {
   CHECK(vga.x.skipped == 58);  // round(58.5)
   CHECK(vga.y.skipped == 16);
   CHECK(window(9, 9, 126, 224 / 232.).x.resized == 130);  // round(130.5)
-  CHECK(window(3, 6, 7, 1).y.skipped == 4);   // round(3.5)
-  CHECK(window(5, 7, 15, 1).y.skipped == 3);  // 21 - 15
+  CHECK(window(3, 6, 7, 1).y.skipped == 4);               // round(3.5)
+  CHECK(window(5, 7, 15, 1).y.skipped == 3);              // 21 - 15
 }
