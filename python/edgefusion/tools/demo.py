@@ -17,8 +17,9 @@ EXAMPLES = """examples:
 
 MODEL = Path(__file__).resolve().parents[1] / "data" / "random-model"
 NOTE = (
-    "The labels mean nothing yet: the network that comes with the project has random weights. Clusters, boxes and\n"
-    "distances are real. For 1000 real classes: python models/export.py --out models/resnet18, then --model."
+    "The labels mean nothing yet, nor does the height that wins: the network that comes with the project has random\n"
+    "weights. Clusters, widths and distances are real. For 1000 real classes: python models/export.py --out\n"
+    "models/resnet18, then edgefusion demo --model models/resnet18."
 )
 
 

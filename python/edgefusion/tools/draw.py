@@ -42,7 +42,10 @@ def annotate(
     clusters: Sequence[Cluster],
     calibration: Calibration,
 ) -> Image:
-    """The image with the scan's beams, coloured by cluster, and every detection's box, name and distance."""
+    """The image with the scan's beams, coloured by cluster, and every detection's box, name and distance.
+
+    The boxes that lost the vote are drawn thin.
+    """
     picture = image.copy()
     scale = max(picture.shape[1] / 1280, 0.5)
     _draw_beams(picture, scan, clusters, calibration, radius=max(1, round(2 * scale)))
@@ -86,8 +89,10 @@ def _draw_beams(picture: Image, scan: Scan, clusters: Sequence[Cluster], calibra
 
 
 def _draw_box(picture: Image, detection: Detection, color: Color, scale: float) -> None:
+    for x0, y0, x1, y1 in detection.boxes:
+        cv2.rectangle(picture, (x0, y0), (x1 - 1, y1 - 1), color, 1)
     x0, y0, x1, y1 = detection.box
-    cv2.rectangle(picture, (x0, y0), (x1 - 1, y1 - 1), color, max(1, round(2 * scale)), cv2.LINE_AA)
+    cv2.rectangle(picture, (x0, y0), (x1 - 1, y1 - 1), color, max(2, round(3 * scale)), cv2.LINE_AA)
     _draw_tag(picture, _name(detection), (x0, y0), color, 0.55 * max(scale, 0.8))
 
 
