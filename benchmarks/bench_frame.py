@@ -95,11 +95,11 @@ def product(classifier: Classifier, frame: Frame, scans: list[Scan]) -> Callable
 
 
 def plain(infer: Infer, frame: Frame, scans: list[Scan]) -> Callable[[], object]:
-    """The plain pipeline on the same scans, with their angles known in advance."""
+    """The plain pipeline on the same scans; their angles and the image in RGB are given, which favours it."""
     height, width = frame.image.shape[:2]
     geometry = Geometry(camera_matrix(width, height), T_CAMERA_LASER[:3, :3], T_CAMERA_LASER[:3, 3], LASER_HEIGHT_M)
     pipeline = PlainPipeline(infer, LABELS, geometry, objects=1)
-    rgb = frame.image[:, :, ::-1]
+    rgb = np.ascontiguousarray(frame.image[:, :, ::-1])
     if len(pipeline.detect(scans[0].ranges_m.astype(float), ANGLES, rgb)[0].boxes) != 3:
         raise RuntimeError("the scene is meant to give three boxes")
     turn = cycle(scan.ranges_m.astype(float) for scan in scans)
