@@ -84,5 +84,5 @@ PAPER = Preprocessing(
 DEFAULT = Preprocessing(
     size=256, fit="letterbox", filter="antialias", mean=IMAGENET_MEAN, std=IMAGENET_STD, crop_fraction=1.0
 )
-"""What a model gets of which nothing else is known: squashing changes the shape of what is to be named, and with it the
-name of one object in eleven (BENCHMARKS.md)."""
+"""What a model gets of which nothing else is known: squashing changes the shape of what is to be named, which
+costs one object in twelve its group (BENCHMARKS.md)."""
