@@ -53,7 +53,7 @@ def test_add_names_the_folder_after_the_file(source, labels, tmp_path, monkeypat
 def test_add_takes_the_size_that_the_network_is_fixed_to(labels, tmp_path, capsys):
     source = save_tiny(tmp_path / "fixed.onnx", size=48)
     run("add", source, "--labels", labels, "--out", tmp_path / "out")
-    assert "48 x 48, squash, antialias" in capsys.readouterr().out
+    assert "48 x 48, letterbox, antialias" in capsys.readouterr().out
 
 
 def test_add_takes_torchvisions_fraction_with_torchvisions_fit(source, labels, tmp_path):
