@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Mapping, Sequence
 
 import numpy as np
+from benchmarks.plain import HEIGHTS
 from benchmarks.timing import Row
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -111,9 +112,15 @@ def commands(job: Job, out: Path) -> dict[str, tuple[list[str], Path]]:
     """The command of each candidate, and the file that its detections go into."""
     results = out / "product"
     lines = out / "plain.jsonl"
-    product = [sys.executable, "-m", "edgefusion.cli", "detect", *job.arguments(), "--out", str(results)]
-    plain = [sys.executable, "-m", "benchmarks.plain", *job.arguments(), "--out", str(lines)]
-    return {"product": ([*product, "--overwrite"], results / "detections.jsonl"), "plain": (plain, lines)}
+    config = out / "config.toml"
+    config.write_text(f"version = 1\n[perception]\nheights = {list(HEIGHTS)}\n", encoding="utf-8")
+    given = job.arguments()
+    product = [sys.executable, "-m", "edgefusion.cli", "detect", *given, "--config", str(config), "--overwrite"]
+    plain = [sys.executable, "-m", "benchmarks.plain", *given]
+    return {
+        "product": ([*product, "--out", str(results)], results / "detections.jsonl"),
+        "plain": ([*plain, "--out", str(lines)], lines),
+    }
 
 
 def measure(command: Sequence[str], lines: Path) -> Measured:

@@ -19,7 +19,7 @@ from typing import Any, Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 from benchmarks.darknet import build_network, load_network, resnet18_cfg
-from benchmarks.plain import Geometry, Infer, PlainPipeline, network
+from benchmarks.plain import HEIGHTS, Geometry, Infer, PlainPipeline, network
 from benchmarks.timing import Row, interleaved
 
 from edgefusion.config import PerceptionConfig
@@ -87,7 +87,7 @@ def product(classifier: Classifier, frame: Frame, scans: list[Scan]) -> Callable
     calibration = Calibration(
         (width, height), camera_matrix(width, height), (), T_CAMERA_LASER, T_base_laser, LASER_HEIGHT_M
     )
-    detector = Detector(classifier, calibration, PerceptionConfig(objects=1))
+    detector = Detector(classifier, calibration, PerceptionConfig(objects=1, heights=HEIGHTS))
     if len(detector.detect(scans[0], frame)[0].boxes) != 3:
         raise RuntimeError("the scene is meant to give three boxes")
     turn = cycle(scans)

@@ -17,14 +17,15 @@ import logging
 import math
 import sys
 from dataclasses import asdict, dataclass
+from itertools import product as product_of
 from pathlib import Path
-from typing import Callable, Iterator, Mapping, Sequence
+from typing import Callable, Iterator, Literal, NamedTuple, Sequence, Tuple
 
 import cv2
 import msgspec
 import numpy as np
 import onnxruntime
-from benchmarks.plain import SIZE, Found, Pixels, PlainPipeline, Resize, by_pillow, network, read_geometry
+from benchmarks.plain import HEIGHTS, SIZE, Found, Pixels, PlainPipeline, Resize, by_pillow, network, read_geometry
 from benchmarks.run import markdown, write_results
 
 from edgefusion.config import PerceptionConfig
@@ -32,6 +33,7 @@ from edgefusion.perception.calibration import load_calibration
 from edgefusion.perception.classifier import Classifier, open_classifier
 from edgefusion.perception.detector import Detector
 from edgefusion.perception.groups import LabelGroups
+from edgefusion.perception.preprocessing import Fit
 from edgefusion.recording.folder import FolderRecording
 from edgefusion.types import Detection
 
@@ -44,15 +46,24 @@ DRIVE = SHARED / "kitti-drive"
 MODEL = SHARED / "models" / "mobilenetv2_fp32_dequant.onnx"
 LABELS = SHARED / "models" / "imagenet_classes.txt"
 OBJECTS = 8
-RULES = ("paper", "weighted")
-PREPROCESSINGS: Sequence[Mapping[str, str]] = (
-    {"fit": "squash"},  # the default
-    {"fit": "squash", "filter": "linear"},
-    {"fit": "square-context"},
-    {"fit": "letterbox"},
-)
+Rule = Literal["paper", "weighted"]
+
+DEFAULTS = PerceptionConfig()
+RULES: Sequence[Rule] = ("paper", "weighted")
+FITS: Sequence[Fit] = ("squash", "square-context", "letterbox")
 
 Edges = Sequence[float]
+
+
+class Setting(NamedTuple):
+    """What is varied."""
+
+    heights: Tuple[float, ...]
+    rule: Rule
+    fit: Fit
+
+    def __str__(self) -> str:
+        return f"heights {', '.join(map(str, self.heights))}, {self.rule}, {self.fit}"
 
 
 @dataclass(frozen=True)
@@ -114,9 +125,15 @@ def read_truths(count: int) -> list[Truth]:
     ]
 
 
-def product(recording: FolderRecording, classifier: Classifier, rule: str) -> Pipeline:
-    """edgefusion with its defaults but for the height rule, and the classifier's preprocessing."""
-    config = msgspec.convert({"objects": OBJECTS, "height_rule": rule}, PerceptionConfig)
+def settings(defaults: Setting) -> list[Setting]:
+    """The defaults, then all others."""
+    others = [Setting(*each) for each in product_of((DEFAULTS.heights, HEIGHTS), RULES, FITS)]
+    return [defaults, *(each for each in others if each != defaults)]
+
+
+def product(recording: FolderRecording, classifier: Classifier, setting: Setting) -> Pipeline:
+    """edgefusion, from the recording's files to its detections."""
+    config = msgspec.structs.replace(DEFAULTS, objects=OBJECTS, heights=setting.heights, height_rule=setting.rule)
     detector = Detector(classifier, load_calibration(recording.calibration_path), config)
     return lambda index: [_answer(d) for d in detector.detect(recording.scan(index), recording.frame(index))]
 
@@ -174,12 +191,11 @@ def scores(frames: int) -> Iterator[Score]:
     """Every candidate, the defaults first, the plain pipeline last."""
     truths, recording = read_truths(frames), FolderRecording(DRIVE)
     classifier = open_classifier(MODEL, labels=LABELS)
-    original = classifier.preprocessing
-    for changes in PREPROCESSINGS:
-        classifier.preprocessing = msgspec.structs.replace(original, **changes)
-        for rule in RULES:
-            name = f"edgefusion, rule {rule}, {' '.join(changes.values())}"
-            yield evaluate(name, product(recording, classifier, rule), truths)
+    defaults = Setting(DEFAULTS.heights, DEFAULTS.height_rule, classifier.preprocessing.fit)
+    for setting in settings(defaults):
+        classifier.preprocessing = msgspec.structs.replace(classifier.preprocessing, fit=setting.fit)
+        name = f"edgefusion, {setting}{' (the defaults)' if setting == defaults else ''}"
+        yield evaluate(name, product(recording, classifier, setting), truths)
     groups = LabelGroups.load()
     yield evaluate("plain pipeline, Pillow's resize", plain(recording, groups, by_pillow), truths)
     yield evaluate("plain pipeline, OpenCV's resize", plain(recording, groups, by_opencv), truths)

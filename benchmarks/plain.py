@@ -2,8 +2,8 @@
 # Copyright the edgefusion authors
 """The paper's pipeline as one would first write it: scikit-learn's DBSCAN, numpy, Pillow, ONNX Runtime.
 
-The peer of whole frames and of `edgefusion detect`, with the same settings as edgefusion's defaults. Run as a
-script it writes the detections of a folder recording, line by line:
+The peer of whole frames and of `edgefusion detect`, which are given the same settings there. Run as a script
+it writes the detections of a folder recording, line by line:
 
   python -m benchmarks.plain drive --model net.onnx --labels labels.txt --objects 8 --out detections.jsonl
 """
