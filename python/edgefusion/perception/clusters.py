@@ -12,6 +12,8 @@ from edgefusion.config import PerceptionConfig
 from edgefusion.types import Cluster, Scan
 
 Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+Labels = npt.NDArray[np.int32]
 
 
 def polar_to_plane(ranges_m: Floats, angles: Floats) -> Floats:
@@ -29,19 +31,23 @@ def find_clusters(scan: Scan, config: PerceptionConfig) -> list[Cluster]:
     points = polar_to_plane(ranges_m[beams], angles[beams])
     features = points if config.features == "xy" else np.stack([points[:, 1], ranges_m[beams]], axis=1)
     labels = dbscan(features, config.eps_m, config.min_points)
-
-    clusters = [
-        _cluster(beams[members], points[members], ranges_m, angles)
-        for members in (np.flatnonzero(labels == label) for label in range(labels.max(initial=-1) + 1))
-    ]
-    return sorted(clusters, key=lambda cluster: cluster.range_m)
+    return _nearest_first(labels, beams, points, ranges_m, angles)
 
 
-def _cluster(indices: npt.NDArray[np.int64], points: Floats, ranges_m: Floats, angles: Floats) -> Cluster:
-    nearest = indices[ranges_m[indices].argmin()]
-    return Cluster(
-        indices=indices,
-        range_m=float(ranges_m[nearest]),
-        bearing=float(angles[nearest]),
-        width_m=float(np.hypot(*np.ptp(points, axis=0))),
-    )
+def _nearest_first(labels: Labels, beams: Indices, points: Floats, ranges_m: Floats, angles: Floats) -> list[Cluster]:
+    """The clusters of labelled points [n, 2], all measured at once: a scan has dozens."""
+    order = np.argsort(labels, kind="stable")  # cluster after cluster, beams rising; noise, -1, first
+    begins = np.searchsorted(labels[order], np.arange(labels.max(initial=-1) + 1))
+    if not len(begins):
+        return []
+    members = beams[order]
+    nearest_m = np.minimum.reduceat(ranges_m[members], begins)
+    extent = np.maximum.reduceat(points[order], begins) - np.minimum.reduceat(points[order], begins)
+    widths_m = np.hypot(extent[:, 0], extent[:, 1])
+    ends = np.append(begins[1:], len(members))
+    clusters = []
+    for i in np.argsort(nearest_m, kind="stable").tolist():
+        indices = members[begins[i] : ends[i]]
+        bearing = angles[indices[ranges_m[indices].argmin()]]
+        clusters.append(Cluster(indices, float(nearest_m[i]), float(bearing), float(widths_m[i])))
+    return clusters
