@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
 # `make` lists the targets. Everything goes into .venv; PYTHON=python3.10 takes another interpreter.
 PYTHON ?= python3
 VENV ?= .venv
@@ -6,10 +8,10 @@ SOURCES := pyproject.toml CMakeLists.txt $(wildcard cmake/*) $(shell find cpp -n
 CXX_BUILD := build/cpp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench lint format sanitize clean
+.PHONY: help demo test bench bench-core lint format sanitize clean
 
 help: ## list the targets
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## */  make \1|/' | column -t -s '|'
+	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.edgefusion ## the main job on the scene that comes with the project (results in out/)
 	@$(BIN)/edgefusion demo
@@ -17,8 +19,11 @@ demo: $(VENV)/.edgefusion ## the main job on the scene that comes with the proje
 test: $(VENV)/.test ## every fast test (pytest; ARGS="-k dbscan" picks some)
 	@$(BIN)/python -m pytest $(ARGS)
 
-bench: $(VENV)/.bench ## measure against the named peers and write out/bench/ (about ten minutes)
+bench: $(VENV)/.bench ## measure against the named peers and write out/bench/ (about five minutes)
 	@$(BIN)/python -m benchmarks.run $(ARGS)
+
+bench-core: $(VENV)/.cpp ## the C++ core alone, without Python (Google Benchmark)
+	@VENV=$(VENV) scripts/cpp_bench.sh $(CXX_BUILD)-release $(ARGS)
 
 lint: $(VENV)/.lint ## ruff, clang-format and mypy
 	@$(BIN)/ruff check .
@@ -35,34 +40,35 @@ sanitize: $(VENV)/.cpp ## the C++ tests under AddressSanitizer + UBSan, then und
 	@VENV=$(VENV) scripts/cpp_tests.sh $(CXX_BUILD)-address address,undefined
 	@VENV=$(VENV) scripts/cpp_tests.sh $(CXX_BUILD)-thread thread
 
-clean: ## remove everything that was built, .venv too
-	rm -rf build $(VENV)
+clean: ## remove what was built and installed, not the results in out/
+	rm -rf build $(VENV) .venv-tx2
 
 # What is missing and cannot be installed here is said in one line by scripts/bootstrap.sh.
-$(VENV)/bin/python:
+$(VENV)/.created:
 	@PYTHON=$(PYTHON) VENV=$(VENV) scripts/bootstrap.sh
+	@touch $@
 
 # Editable: a change in Python needs no new installation, one in C++ does.
-$(VENV)/.edgefusion: $(SOURCES) | $(VENV)/bin/python
+$(VENV)/.edgefusion: $(SOURCES) | $(VENV)/.created
 	@echo "edgefusion: building and installing into $(VENV) (about a minute) ..."
 	@$(BIN)/python -m pip install -q -e '.[cpu]'
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.edgefusion
 	@echo "edgefusion: installing the tests' tools ..."
-	@$(BIN)/python -m pip install -q $$($(BIN)/python scripts/extra.py test)
+	@$(BIN)/python -m pip install -q $$($(BIN)/python scripts/requirements.py test)
 	@touch $@
 
 $(VENV)/.bench: $(VENV)/.edgefusion
 	@echo "edgefusion: installing the benchmarks' peers ..."
-	@$(BIN)/python -m pip install -q $$($(BIN)/python scripts/extra.py bench)
+	@$(BIN)/python -m pip install -q $$($(BIN)/python scripts/requirements.py bench)
 	@touch $@
 
 $(VENV)/.lint: $(VENV)/.edgefusion
 	@echo "edgefusion: installing the linters ..."
-	@$(BIN)/python -m pip install -q $$($(BIN)/python scripts/extra.py lint)
+	@$(BIN)/python -m pip install -q $$($(BIN)/python scripts/requirements.py lint)
 	@touch $@
 
-$(VENV)/.cpp: pyproject.toml | $(VENV)/bin/python
-	@$(BIN)/python -m pip install -q cmake ninja 'cmeel-eigen>=3.4,<3.5'
+$(VENV)/.cpp: pyproject.toml | $(VENV)/.created
+	@$(BIN)/python -m pip install -q cmake ninja $$($(BIN)/python scripts/requirements.py eigen)
 	@touch $@

@@ -1,5 +1,8 @@
-# Finds Eigen's headers: first those of the PyPI package cmeel-eigen (EDGEFUSION_EIGEN_PREFIX, or the running
-# interpreter's site-packages), which every build through pip has; then a system Eigen.
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+#
+# Finds Eigen's headers: in EDGEFUSION_EIGEN_PREFIX; else, when the Python module is built, in the PyPI package
+# cmeel-eigen beside the interpreter, which every build through pip has; else a system Eigen.
 if(NOT EDGEFUSION_EIGEN_PREFIX AND EDGEFUSION_PYTHON)
   find_package(Python REQUIRED COMPONENTS Interpreter)
   execute_process(

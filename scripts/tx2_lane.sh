@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
 # The whole suite as the Jetson TX2 runs it: Python 3.8 and ONNX Runtime 1.11, from a wheel, not from the sources.
 set -euo pipefail
 cd "$(dirname "$0")/.."
