@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +34,7 @@ class StageTimes:
 
 
 class Detector:
-    """The perception system. Keeps nothing from one frame to the next; `times` are those of the last one."""
+    """The perception system. A frame's answer depends on nothing before it; `times` says what the last one took."""
 
     def __init__(
         self,
@@ -74,7 +75,7 @@ class Detector:
                 detections.append(self._detection(scan, frame, motion, T_moved, candidate, ballot, box))
         ticks.append(self._clock())
         self.times = StageTimes(*np.diff(ticks).tolist())
-        return detections
+        return sorted(detections, key=lambda detection: detection.distance_m)
 
     def _detection(
         self,
@@ -91,7 +92,9 @@ class Detector:
         named = winner.score >= self._config.min_score and ballot.margin >= self._config.min_margin
         surface = nearest_surface(scan, candidate.cluster, self._config)
         moved = transform(T_moved, surface.point())
-        x_m, y_m, _ = transform(self._calibration.T_base_laser, moved).tolist()
+        T_base_laser = self._calibration.T_base_laser
+        ahead_m, left_m, _ = (T_base_laser[:3, :3] @ moved).tolist()  # from the laser, in base_link's axes
+        x_m, y_m, _ = transform(T_base_laser, moved).tolist()
         return Detection(
             stamp_ns=frame.stamp_ns,
             class_index=winner.class_index,
@@ -100,9 +103,9 @@ class Detector:
             score=winner.score,
             margin=ballot.margin,
             box=box,
-            distance_m=float(np.hypot(moved[0], moved[1])),
+            distance_m=float(np.linalg.norm(moved)),
             distance_sigma_m=surface.sigma_m,
-            bearing=float(np.arctan2(moved[1], moved[0])),
+            bearing=math.atan2(left_m, ahead_m),
             position_m=(x_m, y_m),
             vote=ballot,
             boxes=tuple(tuple(each) for each in candidate.boxes.tolist()),
