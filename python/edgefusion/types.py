@@ -140,7 +140,8 @@ class Detection:
     surface, with its 1-sigma; bearing: its direction from there in base_link's axes, left positive; position_m: that
     nearest point in base_link (x, y). All three at stamp_ns.
     scan_frame_dt_ns: the frame's stamp minus the scan's; motion: the robot's motion in between, motion_px what it
-    moved the object by in the image, NaN where the camera sees only one of the two places. boxes: every candidate box, in the order of vote.top5. cluster: its beams.
+    moved the object by in the image, NaN where the camera sees only one of the two places. boxes: every candidate
+    box, in the order of vote.top5. cluster: its beams.
     """
 
     stamp_ns: int
