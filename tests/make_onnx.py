@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Builds tiny ONNX classifiers, so that no test needs a trained one."""
+"""Builds tiny ONNX classifiers, so that no test needs a trained one, and forges their folders."""
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
+import tomli_w
 from onnx import ModelProto, TensorProto, helper, numpy_helper, save
+
+from edgefusion.perception.model_folder import sealed
 
 LABELS = ("bottle", "chair", "crane", "crane", "plant")
 """Of the tiny networks' five classes; ImageNet, too, has two cranes."""
@@ -69,3 +73,12 @@ def save_tiny(path: Path, **options) -> Path:
 def save_labels(path: Path, labels=LABELS) -> Path:
     path.write_text("".join(f"{label}\n" for label in labels), encoding="utf-8")
     return path
+
+
+def edit_manifest(folder: Path, change) -> None:
+    """Changes the manifest as a table, and seals it anew."""
+    path = folder / "manifest.toml"
+    table = msgspec.toml.decode(path.read_bytes())
+    del table["sha256"]["manifest.toml"]
+    change(table)
+    path.write_bytes(sealed(tomli_w.dumps(table).encode()))

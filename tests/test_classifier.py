@@ -10,7 +10,6 @@ import numpy as np
 import onnx
 import onnxruntime
 import pytest
-import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from onnx import numpy_helper
@@ -21,7 +20,7 @@ from edgefusion.perception.classifier import Classifier, open_classifier
 from edgefusion.perception.model_folder import load_model_folder, make_model_folder, read_labels
 from edgefusion.perception.network import RuntimeOptions, as_probabilities
 from edgefusion.perception.preprocessing import DEFAULT, IMAGENET_MEAN, IMAGENET_STD, Preprocessing, whole
-from make_onnx import LABELS, save_labels, save_tiny
+from make_onnx import LABELS, edit_manifest, save_labels, save_tiny
 
 SMALL = msgspec.structs.replace(DEFAULT, size=32)
 IMAGE = np.random.default_rng(0).integers(0, 256, (60, 90, 3), np.uint8)
@@ -195,14 +194,6 @@ def test_the_golden_answer_is_met(classifier):
     assert classifier.golden_difference < 1e-5
 
 
-def edit(folder, change):
-    """Changes the manifest as a table."""
-    path = folder / "manifest.toml"
-    table = msgspec.toml.decode(path.read_bytes())
-    change(table)
-    path.write_text(tomli_w.dumps(table))
-
-
 def refuse(folder):
     with pytest.raises(RefusedError) as caught:
         open_classifier(folder)
@@ -216,7 +207,7 @@ def test_other_weights_with_a_forged_checksum_are_refused(folder):
     linear.CopyFrom(numpy_helper.from_array(numpy_helper.to_array(linear) * np.float32(1.2), "linear"))
     onnx.save(model, str(folder / "model.onnx"))
     forged = network_sha(folder / "model.onnx")
-    edit(folder, lambda table: table["sha256"].update({"model.onnx": forged}))
+    edit_manifest(folder, lambda table: table["sha256"].update({"model.onnx": forged}))
     assert "golden" in refuse(folder)
 
 
@@ -238,17 +229,17 @@ def network_sha(path):
     ],
 )
 def test_another_preprocessing_than_the_models_is_refused(folder, changes):
-    edit(folder, lambda table: table["input"].update(changes))
+    edit_manifest(folder, lambda table: table["input"].update(changes))
     assert "golden" in refuse(folder)
 
 
 def test_probabilities_taken_for_outputs_are_refused(folder):
-    edit(folder, lambda table: table["output"].update(softmax=False))
+    edit_manifest(folder, lambda table: table["output"].update(softmax=False))
     assert "golden" in refuse(folder)
 
 
 def test_an_output_that_is_not_there_is_refused(folder):
-    edit(folder, lambda table: table["output"].update(name="logits"))
+    edit_manifest(folder, lambda table: table["output"].update(name="logits"))
     assert "expected an output logits, got y" in refuse(folder)
 
 

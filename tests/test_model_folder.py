@@ -7,14 +7,13 @@ import msgspec
 import numpy as np
 import onnx
 import pytest
-import tomli_w
 
 from edgefusion.errors import RefusedError
 from edgefusion.perception import model_folder
 from edgefusion.perception.model_folder import load_model_folder, make_model_folder, read_labels
 from edgefusion.perception.onnx_header import read_onnx_header
 from edgefusion.perception.preprocessing import PAPER
-from make_onnx import LABELS, save_labels, save_tiny, tiny_network
+from make_onnx import LABELS, edit_manifest, save_labels, save_tiny, tiny_network
 
 SMALL = msgspec.structs.replace(PAPER, size=32)
 FILES = ("model.onnx", "labels.txt", "golden.png")
@@ -44,14 +43,6 @@ def refusal(path):
     assert "expected" in str(caught.value)
     assert "got" in str(caught.value)
     return str(caught.value)
-
-
-def edit(folder, change):
-    """Changes the manifest as a table."""
-    path = folder / "manifest.toml"
-    table = msgspec.toml.decode(path.read_bytes())
-    change(table)
-    path.write_text(tomli_w.dumps(table))
 
 
 def test_what_is_made_is_what_is_read(folder):
@@ -88,7 +79,26 @@ def test_every_flipped_bit_is_refused(folder, name):
     load_model_folder(folder)
 
 
-@pytest.mark.parametrize("name", FILES)
+def test_every_flipped_bit_of_the_manifest_is_refused(folder):
+    path = folder / "manifest.toml"
+    intact = path.read_bytes()
+    for bit in range(8 * len(intact)):
+        flipped = bytearray(intact)
+        flipped[bit // 8] ^= 1 << (bit % 8)
+        path.write_bytes(flipped)
+        assert str(path) in refusal(folder)
+    path.write_bytes(intact)
+    load_model_folder(folder)
+
+
+@pytest.mark.parametrize("forge", [lambda lines: lines[:-1], lambda lines: [*lines, b"# mine\n"]])
+def test_a_manifest_that_does_not_end_in_its_seal_is_refused(folder, forge):
+    path = folder / "manifest.toml"
+    path.write_bytes(b"".join(forge(path.read_bytes().splitlines(keepends=True))))
+    assert "expected its own SHA-256 on the last line" in refusal(folder)
+
+
+@pytest.mark.parametrize("name", [*FILES, "manifest.toml"])
 def test_every_truncation_is_refused(folder, name):
     intact = (folder / name).read_bytes()
     for length in {*range(0, len(intact), max(1, len(intact) // 200)), len(intact) - 1}:
@@ -107,22 +117,22 @@ def test_a_folder_that_is_not_there_is_refused(tmp_path):
 
 
 def test_an_unknown_key_is_refused_by_name(folder):
-    edit(folder, lambda table: table["input"].update(sise=224))
+    edit_manifest(folder, lambda table: table["input"].update(sise=224))
     assert "`sise`" in refusal(folder)
 
 
 def test_a_missing_key_is_refused_by_name(folder):
-    edit(folder, lambda table: table["input"].pop("fit"))
+    edit_manifest(folder, lambda table: table["input"].pop("fit"))
     assert "`fit`" in refusal(folder)
 
 
 def test_an_impossible_value_is_refused(folder):
-    edit(folder, lambda table: table["input"].update(size=0))
+    edit_manifest(folder, lambda table: table["input"].update(size=0))
     assert "size: expected at least 1 pixel, got 0" in refusal(folder)
 
 
 def test_a_newer_format_is_refused_as_such(folder):
-    edit(folder, lambda table: table.update(version=2))
+    edit_manifest(folder, lambda table: table.update(version=2))
     assert "expected version = 1, got 2: made by a newer edgefusion" in refusal(folder)
 
 
@@ -133,7 +143,7 @@ def test_a_manifest_that_is_none_is_refused(folder, text):
 
 
 def test_golden_classes_beyond_the_labels_are_refused(folder):
-    edit(folder, lambda table: table["golden"]["classes"].__setitem__(0, 5))
+    edit_manifest(folder, lambda table: table["golden"]["classes"].__setitem__(0, 5))
     assert "expected golden.classes of 0..4, got 5" in refusal(folder)
 
 

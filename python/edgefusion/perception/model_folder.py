@@ -4,7 +4,8 @@
 
     model.onnx     labels.txt (one a line, in the order of the outputs)     golden.png     manifest.toml
 
-The manifest holds the checksums of the other three, the preprocessing, and the golden answer.
+The manifest holds the checksums of the other three, the preprocessing, and the golden answer. Its last line is its
+own seal: the checksum of all that is above.
 """
 
 import dataclasses
@@ -167,7 +168,7 @@ def make_model_folder(
         golden=answer(picture),
         sha256=Checksums(model=_sha256(files[MODEL]), labels=_sha256(files[LABELS]), golden=_sha256(files[GOLDEN])),
     )
-    files[MANIFEST] = tomli_w.dumps(msgspec.to_builtins(manifest)).encode()
+    files[MANIFEST] = sealed(tomli_w.dumps(msgspec.to_builtins(manifest)).encode())
     return _write_whole(out_dir, files)
 
 
@@ -188,14 +189,32 @@ def _split(path: Path, content: bytes) -> Tuple[str, ...]:
     return labels
 
 
+def sealed(manifest: bytes) -> bytes:
+    """A manifest, which ends in the table [sha256], with the seal below it."""
+    return manifest + _seal(manifest)
+
+
+def _seal(manifest: bytes) -> bytes:
+    return f'"{MANIFEST}" = "{_sha256(manifest)}"\n'.encode()
+
+
+def _unsealed(path: Path, content: bytes) -> bytes:
+    """What is above the seal. Raises RefusedError where that is not what was sealed."""
+    manifest = content[: -len(_seal(b""))]
+    if content != sealed(manifest):
+        raise RefusedError(f"{path}: expected its own SHA-256 on the last line, got another: the file was changed")
+    return manifest
+
+
 def _read_manifest(path: Path) -> Manifest:
+    """The version first: a newer one may be sealed in another way."""
+    content = _read(path)
     try:
-        table = msgspec.toml.decode(_read(path))
-        version = table.get("version")
+        version = msgspec.toml.decode(content).get("version")
         if version != VERSION:
             raise RefusedError(f"{path}: expected version = {VERSION}, got {_version(version)}")
-        return msgspec.convert(table, Manifest)
-    except msgspec.MsgspecError as error:
+        return msgspec.toml.decode(_unsealed(path, content), type=Manifest)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise RefusedError(f"{path}: expected the manifest of a model, got: {one_line(error)}") from error
 
 
