@@ -233,9 +233,15 @@ def test_another_preprocessing_than_the_models_is_refused(folder, changes):
     assert "golden" in refuse(folder)
 
 
-def test_probabilities_taken_for_outputs_are_refused(folder):
+def test_outputs_taken_for_probabilities_are_refused(folder):
     edit_manifest(folder, lambda table: table["output"].update(softmax=False))
-    assert "golden" in refuse(folder)
+    assert "on cpu: expected probabilities, as softmax is off, got -" in refuse(folder)
+
+
+def test_outputs_taken_for_probabilities_are_refused_of_a_bare_model(tmp_path):
+    network = save_tiny(tmp_path / "tiny.onnx").read_bytes()
+    with pytest.raises(RefusedError, match="tiny on cpu: expected probabilities, as softmax is off, got"):
+        Classifier(network, "tiny", LABELS, SMALL, softmax=False)
 
 
 def test_an_output_that_is_not_there_is_refused(folder):

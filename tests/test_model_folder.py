@@ -147,6 +147,12 @@ def test_golden_classes_beyond_the_labels_are_refused(folder):
     assert "expected golden.classes of 0..4, got 5" in refusal(folder)
 
 
+@pytest.mark.parametrize("probability", [-0.1, 1.1, 30.0, float("nan"), float("inf")])
+def test_golden_probabilities_that_are_none_are_refused(folder, probability):
+    edit_manifest(folder, lambda table: table["golden"]["probabilities"].__setitem__(0, probability))
+    assert f"golden: expected probabilities of 0..1, got {probability:g}" in refusal(folder)
+
+
 def test_an_existing_folder_is_never_overwritten(folder):
     before = (folder / "model.onnx").read_bytes()
     with pytest.raises(RefusedError, match="not there yet"):
@@ -197,6 +203,22 @@ def test_a_golden_picture_that_is_none_is_refused(tmp_path):
 def test_whether_a_softmax_is_needed_is_found_out(tmp_path):
     made = make(tmp_path / "out", save_tiny(tmp_path / "tiny.onnx", softmax=True))
     assert not made.manifest.output.softmax
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_probabilities_may_be_said_to_be_some(tmp_path, half):
+    made = make(tmp_path / "out", save_tiny(tmp_path / "tiny.onnx", softmax=True, half=half), softmax=False)
+    assert not made.manifest.output.softmax
+
+
+def test_outputs_said_to_be_probabilities_are_refused(tmp_path):
+    with pytest.raises(RefusedError, match=r"tiny\.onnx: expected probabilities, as softmax is off, got .* a sum of"):
+        make(tmp_path / "out", save_tiny(tmp_path / "tiny.onnx"), softmax=False)
+
+
+def test_a_softmax_of_probabilities_is_refused(tmp_path):
+    with pytest.raises(RefusedError, match="expected outputs that need a softmax, got probabilities"):
+        make(tmp_path / "out", save_tiny(tmp_path / "tiny.onnx", softmax=True), softmax=True)
 
 
 def test_half_precision_is_found_out_and_compared_less_strictly(tmp_path):

@@ -73,6 +73,14 @@ def test_add_keeps_what_it_is_told(source, labels, tmp_path, capsys):
     assert shown["output"]["softmax"] is True
 
 
+@pytest.mark.parametrize(("option", "is_softmax"), [("--softmax", True), ("--no-softmax", False)])
+def test_add_refuses_a_softmax_that_the_outputs_contradict(labels, tmp_path, option, is_softmax):
+    source = save_tiny(tmp_path / "tiny.onnx", softmax=is_softmax)
+    with pytest.raises(RefusedError, match=r"tiny\.onnx: expected .* softmax"):
+        run("add", source, "--labels", labels, "--size", 32, option, "--out", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_add_refuses_labels_that_do_not_fit_and_makes_nothing(source, tmp_path):
     labels = save_labels(tmp_path / "few.txt", LABELS[:2])
     with pytest.raises(RefusedError, match="5 outputs, got 2 labels"):

@@ -17,6 +17,7 @@ from edgefusion.perception.network import (
     Network,
     RuntimeOptions,
     as_probabilities,
+    expect_distributions,
     fixed_size,
     needs_softmax,
     one_line,
@@ -105,6 +106,8 @@ class Classifier:
         self._network.expect_classes(len(self.labels), outputs)
         if self._softmax is None:
             self._softmax = needs_softmax(outputs)
+        if not self._softmax:
+            expect_distributions(outputs, f"{self._source} on {self.provider}")
         if self._golden is None:
             return
         try:

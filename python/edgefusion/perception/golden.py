@@ -39,6 +39,9 @@ class GoldenAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 f"golden: expected as many classes as probabilities, at least 1, "
                 f"got {len(self.classes)} and {len(self.probabilities)}"
             )
+        for probability in self.probabilities:
+            if not 0 <= probability <= 1:
+                raise ValueError(f"golden: expected probabilities of 0..1, got {probability:g}")
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,8 @@ class Golden:
 def answer_of(probabilities: npt.NDArray[np.float32]) -> GoldenAnswer:
     """The answer to write down, of one row of probabilities."""
     best = np.argsort(-probabilities, kind="stable")[:_TOP]
-    return GoldenAnswer([int(i) for i in best], [round(float(probabilities[i]), 6) for i in best])
+    # Rounding takes off what float32 may leave above 1; adding 0 makes -0 a 0.
+    return GoldenAnswer([int(i) for i in best], [round(float(probabilities[i]), 6) + 0.0 for i in best])
 
 
 def lead_of(answer: GoldenAnswer) -> float:

@@ -36,7 +36,14 @@ from edgefusion.perception.golden import (
     least_lead,
     telling,
 )
-from edgefusion.perception.network import Network, RuntimeOptions, as_probabilities, needs_softmax, one_line
+from edgefusion.perception.network import (
+    Network,
+    RuntimeOptions,
+    as_probabilities,
+    expect_distributions,
+    needs_softmax,
+    one_line,
+)
 from edgefusion.perception.onnx_header import Precision
 from edgefusion.perception.preprocessing import DEFAULT, Preprocessing, whole
 
@@ -143,7 +150,7 @@ def make_model_folder(
 
     first = _read_picture(golden) if golden else golden_picture(SEEDS[0], preprocessing.size)
     network.expect_classes(len(labels), outputs(first))
-    softmax = needs_softmax(outputs(first)) if softmax is None else softmax
+    softmax = _softmax(softmax, outputs(first), str(onnx_file))
 
     def answer(picture: npt.NDArray[np.uint8]) -> GoldenAnswer:
         return answer_of(as_probabilities(outputs(picture), bool(softmax))[0])
@@ -258,6 +265,18 @@ def _decode(path: Path, content: bytes) -> npt.NDArray[np.uint8]:
 
 def _encode(picture: npt.NDArray[np.uint8]) -> bytes:
     return bytes(cv2.imencode(".png", picture)[1])
+
+
+def _softmax(wish: Optional[bool], outputs: npt.NDArray[np.float32], source: str) -> bool:
+    """Whether one is needed; a wish that the outputs [1, classes] contradict is refused, as are outputs of NaN."""
+    if not np.isfinite(outputs).all():
+        raise RefusedError(f"{source}: expected finite outputs for a picture, got NaN or infinity")
+    needed = needs_softmax(outputs)
+    if wish and not needed:
+        raise RefusedError(f"{source}: expected outputs that need a softmax, got probabilities: leave softmax off")
+    if wish is False:
+        expect_distributions(outputs, source)
+    return needed if wish is None else wish
 
 
 def _telling(

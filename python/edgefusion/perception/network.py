@@ -34,6 +34,12 @@ _LIMITS = {
 }
 """Where ONNX Runtime's refusals say what it reads."""
 
+_SUM_TOLERANCE = 0.1
+"""On the sum of probabilities: a softmax in int8 rounds every class to a 256th."""
+
+_ROUNDING = 4e-7
+"""On a single one: a few steps of float32."""
+
 _ERRORS_ONLY = 3  # an int8 model prints 60 warnings otherwise
 
 log = logging.getLogger(__name__)
@@ -176,7 +182,20 @@ def as_probabilities(outputs: npt.NDArray[np.float32], softmax: bool) -> npt.NDA
 
 def needs_softmax(outputs: npt.NDArray[np.float32]) -> bool:
     """False where every row float32[n, classes] already is a distribution."""
-    return bool((outputs < 0).any() or np.abs(outputs.sum(axis=1) - 1).max() > 1e-2)
+    return not _are_distributions(outputs, 1e-2)
+
+
+def expect_distributions(outputs: npt.NDArray[np.float32], source: str) -> None:
+    """Raises RefusedError for a row float32[n, classes] that is none, though nobody applies a softmax to it."""
+    if not _are_distributions(outputs, _SUM_TOLERANCE):
+        came = f"{outputs.min():.4g}..{outputs.max():.4g} with a sum of {outputs.sum(axis=1).max():.4g}"
+        raise RefusedError(f"{source}: expected probabilities, as softmax is off, got {came}")
+
+
+def _are_distributions(outputs: npt.NDArray[np.float32], tolerance: float) -> bool:
+    """NaN is none."""
+    inside = ((outputs >= -_ROUNDING) & (outputs <= 1 + _ROUNDING)).all()
+    return bool(inside and (np.abs(outputs.sum(axis=1) - 1) <= tolerance).all())
 
 
 def import_onnxruntime() -> Any:
