@@ -189,6 +189,12 @@ def test_labels_beside_a_folder_are_refused(folder, tmp_path):
         open_classifier(folder, save_labels(tmp_path / "labels.txt"))
 
 
+@pytest.mark.parametrize("labels", [None, "labels.txt"])
+def test_a_model_that_is_not_there_is_named(tmp_path, labels):
+    with pytest.raises(RefusedError, match=r"nope\.onnx: expected a model folder or an ONNX file, got nothing"):
+        open_classifier(tmp_path / "nope.onnx", labels and save_labels(tmp_path / labels))
+
+
 def test_the_golden_answer_is_met(classifier):
     assert classifier.golden_difference is not None
     assert classifier.golden_difference < 1e-5

@@ -142,6 +142,8 @@ def open_classifier(path: Path, labels: Optional[Path] = None, options: Optional
     Nothing vouches for a bare file, which a warning says; its preprocessing is DEFAULT, at the size that
     the network is fixed to if it is to one.
     """
+    if not path.exists():
+        raise RefusedError(f"{path}: expected a model folder or an ONNX file, got nothing")
     if path.is_file():
         return _from_file(path, labels, options)
     if labels is not None:
