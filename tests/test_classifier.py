@@ -322,6 +322,8 @@ def test_a_required_gpu_that_fails_while_running_raises(folder, monkeypatch):
         {"provider": "gpu"},
         {"require": "gpu"},
         {"threads": -1},
+        {"threads": 1025},
+        {"threads": 99999999999},
         {"provider": "cpu", "require": "cuda"},
     ],
 )

@@ -42,6 +42,8 @@ _ROUNDING = 4e-7
 
 _ERRORS_ONLY = 3  # an int8 model prints 60 warnings otherwise
 
+_MOST_THREADS = 1024
+
 log = logging.getLogger(__name__)
 
 
@@ -65,8 +67,8 @@ class RuntimeOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
             raise RefusedError(f"require: expected {', '.join(_NAMES)}, got {self.require}")
         if self.require and self.provider not in ("auto", self.require):
             raise RefusedError(f"require: expected the same as provider, {self.provider}, got {self.require}")
-        if self.threads < 0:
-            raise RefusedError(f"threads: expected 0 or more, got {self.threads}")
+        if not 0 <= self.threads <= _MOST_THREADS:
+            raise RefusedError(f"threads: expected 0 to {_MOST_THREADS}, got {self.threads}")
 
 
 class Network:
@@ -188,14 +190,16 @@ def needs_softmax(outputs: npt.NDArray[np.float32]) -> bool:
 def expect_distributions(outputs: npt.NDArray[np.float32], source: str) -> None:
     """Raises RefusedError for a row float32[n, classes] that is none, though nobody applies a softmax to it."""
     if not _are_distributions(outputs, _SUM_TOLERANCE):
-        came = f"{outputs.min():.4g}..{outputs.max():.4g} with a sum of {outputs.sum(axis=1).max():.4g}"
+        total = outputs.sum(axis=1, dtype=np.float64).max()
+        came = f"{outputs.min():.4g}..{outputs.max():.4g} with a sum of {total:.4g}"
         raise RefusedError(f"{source}: expected probabilities, as softmax is off, got {came}")
 
 
 def _are_distributions(outputs: npt.NDArray[np.float32], tolerance: float) -> bool:
     """NaN is none."""
-    inside = ((outputs >= -_ROUNDING) & (outputs <= 1 + _ROUNDING)).all()
-    return bool(inside and (np.abs(outputs.sum(axis=1) - 1) <= tolerance).all())
+    if not ((outputs >= -_ROUNDING) & (outputs <= 1 + _ROUNDING)).all():
+        return False
+    return bool((np.abs(outputs.sum(axis=1) - 1) <= tolerance).all())
 
 
 def import_onnxruntime() -> Any:
