@@ -285,7 +285,8 @@ def test_a_gpu_that_is_gone_at_start_is_replaced_and_named(classifier, folder, m
     with_gpu(monkeypatch, starts=False)
     opened = open_classifier(folder)
     assert opened.provider == "cpu"
-    assert "no CUDA-capable device" in opened.provider_note
+    reason = "CUDA failure 100: no CUDA-capable device is detected"
+    assert opened.provider_note == f"cuda is not usable ({reason}): cpu"
     assert opened.provider_note in caplog.text
     np.testing.assert_allclose(opened.probabilities(IMAGE, BOXES), classifier.probabilities(IMAGE, BOXES), atol=1e-3)
 

@@ -229,6 +229,7 @@ def _open(model: bytes, source: str, header: OnnxHeader, options: RuntimeOptions
     runtime = import_onnxruntime()
     wanted, reasons = _wanted(options, runtime.get_available_providers(), runtime.__version__)
     asked = options.require or options.provider
+    wish = wanted[0] if asked == "auto" else asked
     for first, candidate in enumerate(wanted):
         try:
             session = _session(runtime, model, wanted[first:], options)
@@ -236,8 +237,8 @@ def _open(model: bytes, source: str, header: OnnxHeader, options: RuntimeOptions
         except Exception as error:
             if first + 1 == len(wanted):
                 raise RefusedError(_why_refused(source, header, runtime.__version__, error)) from error
-            reasons.append(f"{candidate}: {one_line(error)}")
-    return _said_aloud(session, wanted[0] if asked == "auto" else asked, reasons, options)
+            reasons.append(("" if candidate == wish else f"{candidate}: ") + one_line(error))
+    return _said_aloud(session, wish, reasons, options)
 
 
 def _wanted(options: RuntimeOptions, available: List[str], version: str) -> Tuple[List[str], List[str]]:
@@ -282,7 +283,9 @@ def _said_aloud(session: Any, wish: str, reasons: List[str], options: RuntimeOpt
         return session, provider, ""
     if options.require:
         raise RefusedError(f"require: expected {options.require}, got {provider}: the runtime has said why")
-    note = f"asked for {wish}, got {provider}: {'; '.join(reasons) or 'it could not be started'}"
+    why = "; ".join(reasons) or "it could not be started"
+    asked = options.provider != "auto"
+    note = f"asked for {wish}, got {provider}: {why}" if asked else f"{wish} is not usable ({why}): {provider}"
     log.warning("%s", note)
     return session, provider, note
 
