@@ -184,6 +184,12 @@ def test_a_bare_model_with_probabilities_gets_no_second_softmax(classifier, tmp_
     np.testing.assert_allclose(got, classifier.probabilities(IMAGE, BOXES), atol=1e-6)
 
 
+@pytest.mark.parametrize("liveliness", [np.nan, np.inf])
+def test_a_bare_model_whose_outputs_are_not_finite_is_refused(tmp_path, liveliness):
+    with pytest.raises(RefusedError, match=r"tiny\.onnx on cpu: expected finite outputs"):
+        open_bare(tmp_path, liveliness=liveliness)
+
+
 def test_labels_beside_a_folder_are_refused(folder, tmp_path):
     with pytest.raises(RefusedError, match="expected no labels beside a model folder"):
         open_classifier(folder, save_labels(tmp_path / "labels.txt"))

@@ -187,6 +187,11 @@ def test_a_network_without_a_clear_answer_is_refused(tmp_path):
         make(tmp_path / "out", save_tiny(tmp_path / "tiny.onnx", liveliness=0))
 
 
+def test_a_network_whose_outputs_are_not_finite_is_refused(tmp_path):
+    with pytest.raises(RefusedError, match=r"tiny\.onnx: expected finite outputs"):
+        make(tmp_path / "out", save_tiny(tmp_path / "tiny.onnx", liveliness=np.nan))
+
+
 def test_a_picture_may_be_given_as_the_golden_one(tmp_path):
     picture = np.random.default_rng(1).integers(0, 256, (40, 50, 3), np.uint8)
     cv2.imwrite(str(tmp_path / "mine.png"), picture)

@@ -18,6 +18,7 @@ from edgefusion.perception.network import (
     RuntimeOptions,
     as_probabilities,
     expect_distributions,
+    expect_finite,
     fixed_size,
     needs_softmax,
     one_line,
@@ -103,17 +104,19 @@ class Classifier:
         """The first run of a session: the golden answer, or at least as many outputs as labels."""
         picture = self._golden.picture if self._golden else golden_picture(0, self.preprocessing.size)
         outputs = self._run(self.crop(picture, whole(picture)))
+        source = f"{self._source} on {self.provider}"
         self._network.expect_classes(len(self.labels), outputs)
+        expect_finite(outputs, source)
         if self._softmax is None:
             self._softmax = needs_softmax(outputs)
         if not self._softmax:
-            expect_distributions(outputs, f"{self._source} on {self.provider}")
+            expect_distributions(outputs, source)
         if self._golden is None:
             return
         try:
             self.golden_difference = self._golden.compare(as_probabilities(outputs, self._softmax)[0], self.labels)
         except ValueError as error:
-            raise RefusedError(f"{self._source} on {self.provider}: {error}") from error
+            raise RefusedError(f"{source}: {error}") from error
 
     def _run(self, batch: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         try:

@@ -41,6 +41,7 @@ from edgefusion.perception.network import (
     RuntimeOptions,
     as_probabilities,
     expect_distributions,
+    expect_finite,
     needs_softmax,
     one_line,
 )
@@ -269,8 +270,7 @@ def _encode(picture: npt.NDArray[np.uint8]) -> bytes:
 
 def _softmax(wish: Optional[bool], outputs: npt.NDArray[np.float32], source: str) -> bool:
     """Whether one is needed; a wish that the outputs [1, classes] contradict is refused, as are outputs of NaN."""
-    if not np.isfinite(outputs).all():
-        raise RefusedError(f"{source}: expected finite outputs for a picture, got NaN or infinity")
+    expect_finite(outputs, source)
     needed = needs_softmax(outputs)
     if wish and not needed:
         raise RefusedError(f"{source}: expected outputs that need a softmax, got probabilities: leave softmax off")

@@ -182,6 +182,12 @@ def as_probabilities(outputs: npt.NDArray[np.float32], softmax: bool) -> npt.NDA
     return np.where(np.isfinite(outputs).all(axis=1, keepdims=True), outputs, np.float32(np.nan))
 
 
+def expect_finite(outputs: npt.NDArray[np.float32], source: str) -> None:
+    """Raises RefusedError for outputs of which any is not finite."""
+    if not np.isfinite(outputs).all():
+        raise RefusedError(f"{source}: expected finite outputs for a made-up or golden picture, got NaN or infinity")
+
+
 def needs_softmax(outputs: npt.NDArray[np.float32]) -> bool:
     """False where every row float32[n, classes] already is a distribution."""
     return not _are_distributions(outputs, 1e-2)
