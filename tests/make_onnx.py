@@ -28,22 +28,26 @@ def tiny_network(
     input_type=TensorProto.FLOAT,
     outputs=("y",),
     liveliness=20.0,
+    only_size=None,
 ) -> ModelProto:
     """Convolution, ReLU, mean over the image, a linear layer; liveliness 0 = the same answer to everything.
 
-    batch, size: a number fixes them. half: the linear layer's weights are float16.
+    batch, size: a number fixes them. half: the linear layer's weights are float16. only_size: as VGG, without
+    the mean: it runs at this size only, though its input says any.
     """
     rng = np.random.default_rng(seed)
+    features = 8 if only_size is None else 8 * ((only_size - 3) // 2 + 1) ** 2
+    pooled = "means" if only_size is None else "positive"
     weights = {
         "conv": rng.normal(0, 0.3, (8, 3, 3, 3)),
-        "linear": liveliness * rng.normal(0, 0.3, (8, classes)),
+        "linear": liveliness * rng.normal(0, 0.3, (features, classes)),
         "bias": np.zeros(classes),
     }
     nodes = [
         helper.make_node("Conv", ["x", "conv"], ["features"], strides=[2, 2]),
         helper.make_node("Relu", ["features"], ["positive"]),
         helper.make_node("GlobalAveragePool", ["positive"], ["means"]),
-        helper.make_node("Flatten", ["means"], ["flat"]),
+        helper.make_node("Flatten", [pooled], ["flat"]),
         helper.make_node("Cast", ["linear"], ["wide"], to=TensorProto.FLOAT),
         helper.make_node("Gemm", ["flat", "wide", "bias"], ["scores" if softmax else "y"]),
     ]

@@ -3,6 +3,7 @@
 import json
 import shutil
 import sys
+from pathlib import Path
 
 import cv2
 import msgspec
@@ -188,6 +189,24 @@ def test_a_bare_model_with_probabilities_gets_no_second_softmax(classifier, tmp_
 def test_a_bare_model_whose_outputs_are_not_finite_is_refused(tmp_path, liveliness):
     with pytest.raises(RefusedError, match=r"tiny\.onnx on cpu: expected finite outputs"):
         open_bare(tmp_path, liveliness=liveliness)
+
+
+def test_a_bare_model_that_fails_at_its_first_run_is_refused(tmp_path):
+    with pytest.raises(RefusedError, match=r"tiny\.onnx on cpu: expected a network that runs at 256 x 256") as caught:
+        open_bare(tmp_path, only_size=64)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("door", ["read_bytes", "is_dir"])
+def test_a_bare_model_that_must_not_be_read_is_refused(tmp_path, monkeypatch, door):
+    path, labels = save_tiny(tmp_path / "tiny.onnx"), save_labels(tmp_path / "labels.txt")
+
+    def forbidden(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, door, forbidden)
+    with pytest.raises(RefusedError, match=r"tiny\.onnx: expected .* can be .*, got: Permission denied"):
+        open_classifier(path, labels)
 
 
 def test_labels_beside_a_folder_are_refused(folder, tmp_path):

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
 import shutil
+import struct
+import zlib
+from pathlib import Path
 
 import cv2
 import msgspec
@@ -128,7 +131,7 @@ def test_a_missing_key_is_refused_by_name(folder):
 
 def test_an_impossible_value_is_refused(folder):
     edit_manifest(folder, lambda table: table["input"].update(size=0))
-    assert "size: expected at least 1 pixel, got 0" in refusal(folder)
+    assert "size: expected 1 to 4096 pixels, got 0" in refusal(folder)
 
 
 def test_a_newer_format_is_refused_as_such(folder):
@@ -203,6 +206,36 @@ def test_a_golden_picture_that_is_none_is_refused(tmp_path):
     save_labels(tmp_path / "mine.png")
     with pytest.raises(RefusedError, match=r"mine\.png: expected a picture"):
         make(tmp_path / "out", save_tiny(tmp_path / "tiny.onnx"), golden=tmp_path / "mine.png")
+
+
+def huge_png(side):
+    """The start of a picture that says it is this large."""
+
+    def chunk(kind, content):
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    header = struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"0"))
+
+
+def test_a_golden_picture_too_large_for_opencv_is_refused(tmp_path):
+    (tmp_path / "mine.png").write_bytes(huge_png(100000))
+    with pytest.raises(RefusedError, match=r"mine\.png: expected a picture") as caught:
+        make(tmp_path / "out", save_tiny(tmp_path / "tiny.onnx"), golden=tmp_path / "mine.png")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_network_that_does_not_run_at_the_size_is_refused(tmp_path):
+    with pytest.raises(RefusedError, match=r"tiny\.onnx: expected a network that runs at 32 x 32, got"):
+        make(tmp_path / "out", save_tiny(tmp_path / "tiny.onnx", only_size=64))
+
+
+def test_a_file_that_must_not_be_read_is_refused(folder, monkeypatch):
+    def forbidden(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", forbidden)
+    assert "expected a file that can be read, got: Permission denied" in refusal(folder)
 
 
 def test_whether_a_softmax_is_needed_is_found_out(tmp_path):

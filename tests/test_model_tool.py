@@ -89,8 +89,20 @@ def test_add_refuses_labels_that_do_not_fit_and_makes_nothing(source, tmp_path):
 
 
 def test_add_refuses_a_file_that_is_not_there(labels, tmp_path):
-    with pytest.raises(RefusedError, match=r"absent\.onnx: expected an ONNX file, got nothing"):
+    with pytest.raises(RefusedError, match=r"absent\.onnx: expected a file, got nothing"):
         run("add", tmp_path / "absent.onnx", "--labels", labels)
+
+
+def test_add_refuses_a_network_that_runs_at_another_size_only_and_takes_that(labels, tmp_path):
+    source = save_tiny(tmp_path / "vgg.onnx", only_size=48)
+    with pytest.raises(RefusedError, match=r"vgg\.onnx: expected a network that runs at 256 x 256, got: .*--size may"):
+        run("add", source, "--labels", labels, "--out", tmp_path / "out")
+    assert run("add", source, "--labels", labels, "--size", 48, "--out", tmp_path / "out") == 0
+
+
+def test_add_refuses_a_size_that_no_memory_holds(source, labels, tmp_path):
+    with pytest.raises(RefusedError, match="size: expected 1 to 4096 pixels, got 100000"):
+        run("add", source, "--labels", labels, "--size", 100000, "--out", tmp_path / "out")
 
 
 def test_check_refuses_a_changed_folder(folder):

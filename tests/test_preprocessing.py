@@ -15,6 +15,8 @@ IMAGE = np.random.default_rng(0).integers(0, 256, (60, 90, 3), np.uint8)
     ("field", "value"),
     [
         ("size", 0),
+        ("size", 4097),
+        ("size", 100000),
         ("fit", "stretch"),
         ("filter", "cubic"),
         ("mean", (0.5, 0.5)),

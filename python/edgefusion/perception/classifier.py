@@ -12,14 +12,20 @@ import numpy.typing as npt
 
 from edgefusion.errors import RefusedError
 from edgefusion.perception.golden import Golden, golden_picture
-from edgefusion.perception.model_folder import ModelFolder, load_model_folder, read_labels
+from edgefusion.perception.model_folder import (
+    ModelFolder,
+    fixed_size,
+    kind_of,
+    load_model_folder,
+    read_file,
+    read_labels,
+)
 from edgefusion.perception.network import (
     Network,
     RuntimeOptions,
     as_probabilities,
     expect_distributions,
     expect_finite,
-    fixed_size,
     needs_softmax,
     one_line,
 )
@@ -65,7 +71,7 @@ class Classifier:
         self._buffer = np.empty((0, 3, size, size), np.float32)
         self._network = self._open(self._options)
         self.provider, self.provider_note = self._network.provider, self._network.provider_note
-        self._check()
+        self._check_first()
 
     def crop(self, image: npt.NDArray[np.uint8], boxes: Boxes) -> npt.NDArray[np.float32]:
         """The batch float32[n, 3, size, size] of boxes [n, 4] of a BGR image; valid until the next call.
@@ -100,6 +106,15 @@ class Classifier:
         network.expect_size(self.preprocessing.size)
         return network
 
+    def _check_first(self) -> None:
+        """A network that fails at once is refused; one that fails later raises RuntimeError."""
+        try:
+            self._check()
+        except RuntimeError as error:
+            size, came = self.preprocessing.size, one_line(error.__cause__ or error)
+            expected = f"expected a network that runs at {size} x {size}"
+            raise RefusedError(f"{self._source} on {self.provider}: {expected}, got: {came}") from error
+
     def _check(self) -> None:
         """The first run of a session: the golden answer, or at least as many outputs as labels."""
         picture = self._golden.picture if self._golden else golden_picture(0, self.preprocessing.size)
@@ -125,7 +140,7 @@ class Classifier:
             if self.provider == "cpu" or self._options.require:
                 raise RuntimeError(f"{self._source}: {self.provider} failed: {one_line(error)}") from error
             self._fall_back(error)
-        return self._network.run(batch)
+        return self._run(batch)
 
     def _fall_back(self, error: Exception) -> None:
         """Goes on with the CPU."""
@@ -145,9 +160,10 @@ def open_classifier(path: Path, labels: Optional[Path] = None, options: Optional
     Nothing vouches for a bare file, which a warning says; its preprocessing is DEFAULT, at the size that
     the network is fixed to if it is to one.
     """
-    if not path.exists():
+    kind = kind_of(path)
+    if kind == "nothing":
         raise RefusedError(f"{path}: expected a model folder or an ONNX file, got nothing")
-    if path.is_file():
+    if kind == "a file":
         return _from_file(path, labels, options)
     if labels is not None:
         raise RefusedError(f"{labels}: expected no labels beside a model folder, which has its own, got some")
@@ -174,4 +190,4 @@ def _from_file(path: Path, labels: Optional[Path], options: Optional[RuntimeOpti
         raise RefusedError(f"{path}: expected a file of labels for a bare model, got none")
     preprocessing = msgspec.structs.replace(DEFAULT, size=fixed_size(path) or DEFAULT.size)
     log.warning("%s: nothing vouches for a bare model; `edgefusion model add` makes a model folder of it", path)
-    return Classifier(path.read_bytes(), str(path), read_labels(labels), preprocessing, options=options)
+    return Classifier(read_file(path), str(path), read_labels(labels), preprocessing, options=options)

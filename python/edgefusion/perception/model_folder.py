@@ -109,8 +109,9 @@ def load_model_folder(path: Path) -> ModelFolder:
 
     Raises RefusedError, one line, for a missing, changed or malformed file and for a newer version.
     """
-    if not path.is_dir():
-        raise RefusedError(f"{path}: expected a model folder, got {'a file' if path.exists() else 'nothing'}")
+    kind = kind_of(path)
+    if kind != "a folder":
+        raise RefusedError(f"{path}: expected a model folder, got {kind}")
     manifest = _read_manifest(path / MANIFEST)
     model = _read_checked(path / MODEL, manifest.sha256.model)
     labels = _split(path / LABELS, _read_checked(path / LABELS, manifest.sha256.labels))
@@ -140,14 +141,14 @@ def make_model_folder(
     softmax, precision: found out where they are not given. golden: a picture; made up where none is given.
     Raises RefusedError, one line, for a model or a picture that will not do, and for a folder that exists.
     """
-    if out_dir.exists():
+    if kind_of(out_dir) != "nothing":
         raise RefusedError(f"{out_dir}: expected a folder that is not there yet, got one that is")
-    model = _read(onnx_file)
+    model = read_file(onnx_file)
     network = Network(model, str(onnx_file), RuntimeOptions(provider="cpu"))
     network.expect_size(preprocessing.size)
 
     def outputs(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
-        return network.run(preprocessing.apply(picture, whole(picture)))
+        return _run(network, preprocessing.apply(picture, whole(picture)), str(onnx_file))
 
     first = _read_picture(golden) if golden else golden_picture(SEEDS[0], preprocessing.size)
     network.expect_classes(len(labels), outputs(first))
@@ -180,9 +181,14 @@ def make_model_folder(
     return _write_whole(out_dir, files)
 
 
+def fixed_size(onnx_file: Path) -> Optional[int]:
+    """The size that a network file is fixed to, None where it takes any. Raises RefusedError."""
+    return Network(read_file(onnx_file), str(onnx_file), RuntimeOptions(provider="cpu")).size
+
+
 def read_labels(path: Path) -> Tuple[str, ...]:
     """One label a line. Two classes may share a label, as two of ImageNet's do. Raises RefusedError."""
-    return _split(path, _read(path))
+    return _split(path, read_file(path))
 
 
 def _split(path: Path, content: bytes) -> Tuple[str, ...]:
@@ -216,7 +222,7 @@ def _unsealed(path: Path, content: bytes) -> bytes:
 
 def _read_manifest(path: Path) -> Manifest:
     """The version first: a newer one may be sealed in another way."""
-    content = _read(path)
+    content = read_file(path)
     try:
         version = msgspec.toml.decode(content).get("version")
         if version != VERSION:
@@ -232,7 +238,16 @@ def _version(version: object) -> str:
     return "none" if version is None else repr(version)
 
 
-def _read(path: Path) -> bytes:
+def kind_of(path: Path) -> Literal["a folder", "a file", "nothing"]:
+    """What is there. Raises RefusedError where not even that can be found out."""
+    try:
+        return "a folder" if path.is_dir() else "a file" if path.exists() else "nothing"
+    except OSError as error:
+        raise RefusedError(f"{path}: expected a path that can be looked up, got: {error.strerror}") from error
+
+
+def read_file(path: Path) -> bytes:
+    """All of a file. Raises RefusedError."""
     try:
         return path.read_bytes()
     except FileNotFoundError as error:
@@ -242,7 +257,7 @@ def _read(path: Path) -> bytes:
 
 
 def _read_checked(path: Path, expected: str) -> bytes:
-    content = _read(path)
+    content = read_file(path)
     came = _sha256(content)
     if came != expected:
         raise RefusedError(f"{path}: expected SHA-256 {expected}, got {came}: the file was changed")
@@ -254,11 +269,14 @@ def _sha256(content: bytes) -> str:
 
 
 def _read_picture(path: Path) -> npt.NDArray[np.uint8]:
-    return _decode(path, _read(path))
+    return _decode(path, read_file(path))
 
 
 def _decode(path: Path, content: bytes) -> npt.NDArray[np.uint8]:
-    picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR) if content else None
+    try:
+        picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR) if content else None
+    except cv2.error as error:
+        raise RefusedError(f"{path}: expected a picture, got one that OpenCV refuses: {one_line(error)}") from error
     if picture is None:
         raise RefusedError(f"{path}: expected a picture, got {len(content)} bytes that are none")
     return np.asarray(picture, np.uint8)
@@ -266,6 +284,16 @@ def _decode(path: Path, content: bytes) -> npt.NDArray[np.uint8]:
 
 def _encode(picture: npt.NDArray[np.uint8]) -> bytes:
     return bytes(cv2.imencode(".png", picture)[1])
+
+
+def _run(network: Network, batch: npt.NDArray[np.float32], source: str) -> npt.NDArray[np.float32]:
+    """ONNX Runtime finds out only here that a network takes one size, though its input says any."""
+    try:
+        return network.run(batch)
+    except Exception as error:
+        size = batch.shape[-1]
+        expected = f"expected a network that runs at {size} x {size}"
+        raise RefusedError(f"{source}: {expected}, got: {one_line(error)}; --size may help") from error
 
 
 def _softmax(wish: Optional[bool], outputs: npt.NDArray[np.float32], source: str) -> bool:

@@ -4,7 +4,6 @@
 
 import logging
 import re
-from pathlib import Path
 from typing import Any, Dict, List, Literal, Optional, Tuple, get_args
 
 import msgspec
@@ -164,13 +163,6 @@ class Network:
 
     def _refuse(self, expected: str, came: str) -> None:
         raise RefusedError(f"{self._source}: expected {expected}, got {came}")
-
-
-def fixed_size(path: Path) -> Optional[int]:
-    """The size that a network file is fixed to, None where it takes any. Raises RefusedError."""
-    if not path.is_file():
-        raise RefusedError(f"{path}: expected an ONNX file, got {'a folder' if path.exists() else 'nothing'}")
-    return Network(path.read_bytes(), str(path), RuntimeOptions(provider="cpu")).size
 
 
 def as_probabilities(outputs: npt.NDArray[np.float32], softmax: bool) -> npt.NDArray[np.float32]:

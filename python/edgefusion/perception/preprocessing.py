@@ -21,6 +21,9 @@ Filter = Literal["antialias", "linear"]
 Boxes = Union[npt.NDArray[np.int32], Sequence[Sequence[int]]]
 Triple = Tuple[float, float, float]
 
+LARGEST = 4096
+"""Pixels a side of a network's input; a float32 picture of it takes 200 MB."""
+
 IMAGENET_MEAN: Triple = (0.485, 0.456, 0.406)
 IMAGENET_STD: Triple = (0.229, 0.224, 0.225)
 
@@ -43,7 +46,7 @@ class Preprocessing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
 
     def __post_init__(self) -> None:
         fits, filters = get_args(Fit), get_args(Filter)
-        _expect(self.size >= 1, "size", "at least 1 pixel", self.size)
+        _expect(1 <= self.size <= LARGEST, "size", f"1 to {LARGEST} pixels", self.size)
         _expect(self.fit in fits, "fit", f"one of {', '.join(fits)}", self.fit)
         _expect(self.filter in filters, "filter", f"one of {', '.join(filters)}", self.filter)
         _expect(_is_triple(self.mean), "mean", "three numbers", self.mean)

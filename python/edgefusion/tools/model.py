@@ -139,7 +139,7 @@ def run_show(args: argparse.Namespace) -> int:
 
 
 def _preprocessing(args: argparse.Namespace) -> Preprocessing:
-    from edgefusion.perception.network import fixed_size
+    from edgefusion.perception.model_folder import fixed_size
     from edgefusion.perception.preprocessing import DEFAULT, IMAGENET_MEAN, IMAGENET_STD, Preprocessing
 
     fraction = 0.875 if args.fit == "shorter-side+centre" else 1.0
