@@ -52,6 +52,8 @@ class FakeGpuRuntime:
     SessionOptions = onnxruntime.SessionOptions
     __version__ = onnxruntime.__version__
 
+    sessions = 0
+
     def __init__(self, starts=True, runs=10**9, available=("CUDAExecutionProvider", "CPUExecutionProvider")):
         self.starts, self.runs, self.available = starts, runs, available
 
@@ -59,6 +61,7 @@ class FakeGpuRuntime:
         return list(self.available)
 
     def InferenceSession(self, model, settings, providers, provider_options, **options):
+        self.sessions += 1
         if providers[0] != "CPUExecutionProvider" and not self.starts:
             raise RuntimeError("CUDA failure 100: no CUDA-capable device is detected")
         real = onnxruntime.InferenceSession(model, settings, providers=["CPUExecutionProvider"])
@@ -167,6 +170,14 @@ def test_a_bare_model_warns_that_nothing_vouches_for_it(tmp_path, caplog):
 
 def test_a_bare_model_of_a_fixed_size_gets_crops_of_that_size(tmp_path):
     assert open_bare(tmp_path, size=64).preprocessing.size == 64
+
+
+@pytest.mark.parametrize("require", [None, "cuda"])
+def test_a_bare_model_is_loaded_once(tmp_path, monkeypatch, require):
+    runtime = with_gpu(monkeypatch)
+    path, labels = save_tiny(tmp_path / "tiny.onnx", size=64), save_labels(tmp_path / "labels.txt")
+    opened = open_classifier(path, labels, RuntimeOptions(require=require))
+    assert (opened.provider, opened.preprocessing.size, runtime.sessions) == ("cuda", 64, 1)
 
 
 def test_a_bare_model_without_labels_is_refused(tmp_path):

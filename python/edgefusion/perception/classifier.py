@@ -12,14 +12,7 @@ import numpy.typing as npt
 
 from edgefusion.errors import RefusedError
 from edgefusion.perception.golden import Golden, golden_picture
-from edgefusion.perception.model_folder import (
-    ModelFolder,
-    fixed_size,
-    kind_of,
-    load_model_folder,
-    read_file,
-    read_labels,
-)
+from edgefusion.perception.model_folder import ModelFolder, kind_of, load_model_folder, read_file, read_labels
 from edgefusion.perception.network import (
     Network,
     RuntimeOptions,
@@ -51,7 +44,7 @@ class Classifier:
         model: bytes,
         source: str,
         labels: Sequence[str],
-        preprocessing: Preprocessing,
+        preprocessing: Optional[Preprocessing] = None,
         *,
         softmax: Optional[bool] = None,
         golden: Optional[Golden] = None,
@@ -59,17 +52,21 @@ class Classifier:
         output_name: Optional[str] = None,
         options: Optional[RuntimeOptions] = None,
     ) -> None:
-        """source: what to call the model in a refusal. softmax: None = found out. Raises RefusedError."""
+        """source: what to call the model in a refusal. softmax: None = found out. Raises RefusedError.
+
+        preprocessing: None = DEFAULT, at the size that the network is fixed to if it is to one.
+        """
         self.labels = tuple(labels)
-        self.preprocessing = preprocessing
         self.golden_difference: Optional[float] = None
         self._model, self._source = model, source
         self._names = (input_name, output_name)
         self._softmax, self._golden = softmax, golden
         self._options = options or RuntimeOptions()
-        size = preprocessing.size
-        self._buffer = np.empty((0, 3, size, size), np.float32)
-        self._network = self._open(self._options)
+        self._network = Network(model, source, self._options, *self._names)
+        size = self._network.size or DEFAULT.size
+        self.preprocessing = preprocessing or msgspec.structs.replace(DEFAULT, size=size)
+        self._network.expect_size(self.preprocessing.size)
+        self._buffer = np.empty((0, 3, self.preprocessing.size, self.preprocessing.size), np.float32)
         self.provider, self.provider_note = self._network.provider, self._network.provider_note
         self._check_first()
 
@@ -100,11 +97,6 @@ class Classifier:
     def probabilities(self, image: npt.NDArray[np.uint8], boxes: Boxes) -> npt.NDArray[np.float32]:
         """Probabilities float32[n, classes] of boxes [n, 4] of a BGR image. Raises as the two do."""
         return self.infer(self.crop(image, boxes))
-
-    def _open(self, options: RuntimeOptions) -> Network:
-        network = Network(self._model, self._source, options, *self._names)
-        network.expect_size(self.preprocessing.size)
-        return network
 
     def _check_first(self) -> None:
         """A network that fails at once is refused; one that fails later raises RuntimeError."""
@@ -146,7 +138,8 @@ class Classifier:
         """Goes on with the CPU."""
         note = f"{self.provider} failed, cpu has taken over: {one_line(error)}"
         log.warning("%s: %s", self._source, note)
-        self._network = self._open(msgspec.structs.replace(self._options, provider="cpu"))
+        options = msgspec.structs.replace(self._options, provider="cpu")
+        self._network = Network(self._model, self._source, options, *self._names)
         self.provider, self.provider_note = self._network.provider, note
         # The check crops too, and the boxes that are waiting lie in the buffer.
         waiting, self._buffer = self._buffer, self._buffer[:0]
@@ -188,6 +181,5 @@ def _from_folder(folder: ModelFolder, options: Optional[RuntimeOptions]) -> Clas
 def _from_file(path: Path, labels: Optional[Path], options: Optional[RuntimeOptions]) -> Classifier:
     if labels is None:
         raise RefusedError(f"{path}: expected a file of labels for a bare model, got none")
-    preprocessing = msgspec.structs.replace(DEFAULT, size=fixed_size(path) or DEFAULT.size)
     log.warning("%s: nothing vouches for a bare model; `edgefusion model add` makes a model folder of it", path)
-    return Classifier(read_file(path), str(path), read_labels(labels), preprocessing, options=options)
+    return Classifier(read_file(path), str(path), read_labels(labels), options=options)
