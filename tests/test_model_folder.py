@@ -308,6 +308,12 @@ def test_labels_that_are_none_are_refused(tmp_path, content):
         read_labels(tmp_path / "labels.txt")
 
 
+def test_a_label_that_means_no_label_is_refused(tmp_path):
+    labels = save_labels(tmp_path / "labels.txt", ["cup", "unknown"])
+    with pytest.raises(RefusedError, match=r"labels\.txt: expected labels other than unknown, .*, got it on line 2"):
+        read_labels(labels)
+
+
 def test_a_truncated_network_is_never_taken_for_a_whole_one():
     network = tiny_network().SerializeToString()
     graph_ends = max(i for i in range(len(network)) if read_or_none(network[:i]) is None)

@@ -47,6 +47,7 @@ from edgefusion.perception.network import (
 )
 from edgefusion.perception.onnx_header import Precision
 from edgefusion.perception.preprocessing import DEFAULT, Preprocessing, whole
+from edgefusion.types import UNKNOWN
 
 VERSION: Literal[1] = 1
 MODEL, LABELS, GOLDEN, MANIFEST = "model.onnx", "labels.txt", "golden.png", "manifest.toml"
@@ -200,6 +201,10 @@ def _split(path: Path, content: bytes) -> Tuple[str, ...]:
     if not labels or "" in labels:
         came = f"nothing on line {labels.index('') + 1}" if labels else "an empty file"
         raise RefusedError(f"{path}: expected a label on every line, got {came}")
+    if UNKNOWN in labels:
+        line = labels.index(UNKNOWN) + 1
+        expected = f"labels other than {UNKNOWN}, which is what an object without a name is called"
+        raise RefusedError(f"{path}: expected {expected}, got it on line {line}")
     return labels
 
 
