@@ -121,11 +121,14 @@ def test_show_is_readable_by_people_and_programs(folder, capsys):
     assert shown["sha256"].keys() == {"model.onnx", "labels.txt", "golden.png"}
 
 
-def test_help_gives_examples(capsys):
+@pytest.mark.parametrize("arguments", [("--help",), ("add", "--help")])
+def test_help_gives_examples_and_exit_codes(capsys, arguments):
     with pytest.raises(SystemExit) as stopped:
-        run("--help")
+        run(*arguments)
     assert stopped.value.code == 0
-    assert "edgefusion model add mobilenet.onnx" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "edgefusion model add mobilenet.onnx" in shown
+    assert "Exit status: 0 done, 2 refused" in shown
 
 
 def test_the_choices_are_those_of_the_preprocessing():

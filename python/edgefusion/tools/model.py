@@ -29,6 +29,8 @@ examples:
   edgefusion model check mobilenet
       nothing was changed, and it answers here as it did where it was made
   edgefusion model show mobilenet --json
+
+Exit status: 0 done, 2 refused; the last line says why.
 """
 
 
