@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
 from edgefusion.tools.scene import FRAMES, OBJECTS, nearest_m, write_recording
@@ -52,6 +53,7 @@ def test_every_detection_is_a_line_and_the_summary_counts_them(drive: Path, mode
     summary = json.loads(done.stdout)
     assert summary == json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert (summary["frames"], summary["detections"]) == (FRAMES, len(lines))
+    assert summary["sync"] == {"frame paired": FRAMES, "scan paired": FRAMES}
     assert {"cluster", "crop", "infer", "vote", "whole_frame"} <= set(summary["median_ms"])
     post = next(line for line in lines if line["label"] == "post")
     assert post["distance_m"] == pytest.approx(nearest_m(OBJECTS[3], 0.0), abs=0.04)
@@ -133,6 +135,29 @@ def test_latencies_pair_what_was_captured_together(drive: Path, model, tmp_path:
     lines = lines_of(tmp_path / "out")
     assert {line["frame"] for line in lines} == set(range(1, FRAMES))
     assert {line["scan_frame_dt_ns"] for line in lines} == {0}
+
+
+def restamp(drive: Path, image_stamp) -> None:
+    with np.load(drive / "scans.npz") as scans:
+        content = dict(scans)
+    np.savez(drive / "scans.npz", **{**content, "image_stamp": image_stamp})
+
+
+def test_what_found_no_partner_is_counted(drive: Path, model, tmp_path: Path) -> None:
+    restamp(drive, np.arange(FRAMES) * 0.2 + [0, 0, 0, 0, 1, 1])
+    done = edgefusion("detect", drive, *model, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    counts = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["sync"]
+    assert counts == {"frame paired": 4, "frame without partner": 2, "scan paired": 4, "scan without partner": 2}
+    assert "pairing:         frame paired 4, frame without partner 2" in done.stdout
+
+
+def test_a_recording_without_a_single_pair_is_refused(drive: Path, model, tmp_path: Path) -> None:
+    restamp(drive, np.arange(FRAMES) * 0.2 + 5)
+    done = edgefusion("detect", drive, *model, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert f"{drive}: no frame within tolerance_s = 0.1 s of a scan: the nearest are 4 s apart" in done.stderr
+    assert not (tmp_path / "out" / "summary.json").exists()
 
 
 def test_a_wrong_command_line_explains_itself() -> None:

@@ -9,21 +9,32 @@ image_stamp [s] (float64[n]).
 
 from __future__ import annotations
 
-import zipfile
+from dataclasses import replace
 from pathlib import Path
-from typing import Iterator, Union
+from typing import BinaryIO, Dict, Iterator, Union
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from edgefusion.errors import RefusedError
-from edgefusion.types import Frame, Scan
+from edgefusion.types import Frame, Scan, read_only
 
 SCANS = "scans.npz"
 SUFFIXES = (".jpg", ".jpeg", ".png")
-# What a whole file ends with; decoders fill the rest of a truncated one with grey and only mumble.
-ENDINGS = {".jpg": b"\xff\xd9", ".jpeg": b"\xff\xd9", ".png": b"IEND\xaeB`\x82"}
+# How a JPEG and a PNG begin and end; decoders fill the rest of a truncated one with grey and only mumble.
+FORMATS = ((b"\xff\xd8\xff", b"\xff\xd9"), (b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"))
+TRAILING = 1024
+"""Bytes at the end of an image file in which its end may be: cameras pad, and some append notes of their own."""
+
+DIMENSIONS = {
+    "stamp": 1, "ranges": 2, "angle_min": 0, "angle_increment": 0, "range_min": 0, "range_max": 0, "image_stamp": 1,
+}  # fmt: skip
+REQUIRED = ("stamp", "ranges", "angle_min", "angle_increment")
+STAMP_MAX_S = 9e9
+"""Nanoseconds of more do not fit into 64 bits."""
+
+Arrays = Dict[str, npt.NDArray[np.float64]]
 
 
 class FolderRecording:
@@ -38,13 +49,23 @@ class FolderRecording:
         self._angle_min, self._angle_increment = float(scans["angle_min"]), float(scans["angle_increment"])
         self._range_min_m = float(scans.get("range_min", 0.0))
         self._range_max_m = float(scans.get("range_max", np.inf))
-        self._scan_ns = _stamps_ns(scans["stamp"])
-        self._frame_ns = _stamps_ns(scans.get("image_stamp", scans["stamp"]))
+        self._scan_ns = read_only(_stamps_ns(scans["stamp"]))
+        self._frame_ns = read_only(_stamps_ns(scans.get("image_stamp", scans["stamp"])))
         self._images = _find_images(path / "images", len(self._frame_ns))
 
     def __len__(self) -> int:
         """Number of scans, and of frames."""
         return len(self._scan_ns)
+
+    @property
+    def scan_stamps_ns(self) -> npt.NDArray[np.int64]:
+        """When the scans were stamped, int64[n], rising."""
+        return self._scan_ns
+
+    @property
+    def frame_stamps_ns(self) -> npt.NDArray[np.int64]:
+        """When the frames were stamped, int64[n], rising."""
+        return self._frame_ns
 
     @property
     def calibration_path(self) -> Path:
@@ -77,14 +98,19 @@ class FolderRecording:
         """The number of the frame that the recording stamped so."""
         return int(np.searchsorted(self._frame_ns, stamp_ns))
 
-    def messages(self) -> Iterator[Union[Scan, Frame]]:
-        """Scans and frames in the order of their stamps; images are read when their turn comes."""
+    def messages(self, laser_latency_ns: int = 0, camera_latency_ns: int = 0) -> Iterator[Union[Scan, Frame]]:
+        """Scans and frames in the order of their capture, stamped with it; images are read when their turn comes.
+
+        Latencies: from capture to the stamp that the recording carries.
+        """
+        scans_ns, frames_ns = self._scan_ns - laser_latency_ns, self._frame_ns - camera_latency_ns
         order = sorted(
-            [(stamp, 0, i) for i, stamp in enumerate(self._scan_ns)]
-            + [(stamp, 1, i) for i, stamp in enumerate(self._frame_ns)]
+            [(stamp, 0, i) for i, stamp in enumerate(scans_ns.tolist())]
+            + [(stamp, 1, i) for i, stamp in enumerate(frames_ns.tolist())]
         )
-        for _, is_frame, index in order:
-            yield self.frame(index) if is_frame else self.scan(index)
+        for stamp_ns, is_frame, index in order:
+            message = self.frame(index) if is_frame else self.scan(index)
+            yield replace(message, stamp_ns=stamp_ns)
 
 
 def read_image(path: Path) -> npt.NDArray[np.uint8]:
@@ -93,51 +119,113 @@ def read_image(path: Path) -> npt.NDArray[np.uint8]:
         data = path.read_bytes()
     except OSError as error:
         raise RefusedError(f"{path}: cannot be read: {error.strerror}") from error
-    if not data.rstrip(b"\0").endswith(ENDINGS.get(path.suffix.lower(), b"")):
-        raise RefusedError(f"{path}: truncated: {len(data)} bytes without the end of a {path.suffix[1:]} file")
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR) if data else None
+    if _is_truncated(data):
+        raise RefusedError(f"{path}: truncated: {len(data)} bytes without the end of an image")
+    image = _decode(data)
     if image is None:
-        raise RefusedError(f"{path}: expected an image, cannot decode its {len(data)} bytes")
-    return image  # type: ignore[return-value]
+        raise RefusedError(f"{path}: expected an image, JPEG or PNG, cannot decode its {len(data)} bytes")
+    return image
 
 
-def _read_scans(path: Path) -> dict[str, npt.NDArray[np.float64]]:
+def _is_truncated(data: bytes) -> bool:
+    """Whether it begins like a JPEG or a PNG, whatever it is called, and does not end like one."""
+    endings = [ending for magic, ending in FORMATS if data[: len(magic)] == magic[: len(data)]]
+    return bool(endings) and not any(ending in data[-TRAILING:] for ending in endings)
+
+
+def _decode(data: bytes) -> npt.NDArray[np.uint8] | None:
+    if not any(data.startswith(magic) for magic, _ in FORMATS):
+        return None
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            scans = {name: np.asarray(archive[name], float) for name in archive.files}
+        return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)  # type: ignore[return-value]
+    except cv2.error:  # larger than OpenCV permits
+        return None
+
+
+def _read_scans(path: Path) -> Arrays:
+    try:
+        with path.open("rb") as file:
+            scans = _load(file)
     except FileNotFoundError:
         raise RefusedError(f"{path}: missing") from None
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as error:
-        raise RefusedError(f"{path}: expected arrays of numbers, each scan of the same length: {error}") from error
-    _check_scans(path, scans)
+    except Exception as error:  # of a damaged archive numpy, zipfile and zlib raise a dozen kinds
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise RefusedError(f"{path}: expected arrays of numbers, each scan of the same length: {reason}") from error
+    _check_shapes(path, scans)
+    _check_stamps(path, scans)
+    _check_angles(path, scans)
+    _check_ranges(path, scans)
     return scans
 
 
-def _check_scans(path: Path, scans: dict[str, npt.NDArray[np.float64]]) -> None:
-    for name, dimensions in (("stamp", 1), ("ranges", 2), ("angle_min", 0), ("angle_increment", 0)):
+def _load(file: BinaryIO) -> Arrays:
+    archive = np.load(file, allow_pickle=False)
+    if isinstance(archive, np.ndarray):
+        raise ValueError("one array without a name, as np.save writes it, instead of np.savez")
+    with archive:
+        arrays = {name: archive[name] for name in archive.files if name in DIMENSIONS}
+    for name, array in arrays.items():
+        if array.dtype.kind not in "iuf":
+            raise ValueError(f"{name} is of type {array.dtype}")
+    return {name: array.astype(float) for name, array in arrays.items()}
+
+
+def _check_shapes(path: Path, scans: Arrays) -> None:
+    for name in REQUIRED:
         if name not in scans:
             raise RefusedError(f"{path}: expected an array '{name}', found {sorted(scans)}")
-        if scans[name].ndim != dimensions:
-            raise RefusedError(f"{path}: {name}: expected {dimensions} dimensions, got {scans[name].ndim}")
+    for name, array in scans.items():
+        if array.ndim != DIMENSIONS[name]:
+            raise RefusedError(f"{path}: {name}: expected {DIMENSIONS[name]} dimensions, got {array.ndim}")
     n = len(scans["stamp"])
     if n == 0:
         raise RefusedError(f"{path}: expected at least one scan, got none")
     for name in ("ranges", "image_stamp"):
         if name in scans and len(scans[name]) != n:
             raise RefusedError(f"{path}: {name}: expected {n} rows, as many as stamps, got {len(scans[name])}")
-    for name in ("stamp", "image_stamp", "angle_min", "angle_increment"):
-        if name in scans and not np.isfinite(scans[name]).all():
-            raise RefusedError(f"{path}: {name}: expected finite values")
+
+
+def _check_stamps(path: Path, scans: Arrays) -> None:
     for name in ("stamp", "image_stamp"):
-        if name in scans and (np.diff(scans[name]) <= 0).any():
+        if name not in scans:
+            continue
+        if not np.isfinite(scans[name]).all():
+            raise RefusedError(f"{path}: {name}: expected finite values")
+        if np.abs(scans[name]).max() > STAMP_MAX_S:
+            raise RefusedError(
+                f"{path}: {name}: expected seconds, at most {STAMP_MAX_S:g}, got {np.abs(scans[name]).max():g}"
+            )
+        if (np.diff(_stamps_ns(scans[name])) <= 0).any():
             raise RefusedError(f"{path}: {name}: expected rising stamps")
-    if scans["angle_increment"] == 0:
+
+
+def _check_angles(path: Path, scans: Arrays) -> None:
+    for name in ("angle_min", "angle_increment"):
+        if not np.isfinite(scans[name]):
+            raise RefusedError(f"{path}: {name}: expected finite values")
+    step, beams = float(scans["angle_increment"]), scans["ranges"].shape[1]
+    if step == 0:
         raise RefusedError(f"{path}: angle_increment: expected other than 0")
-    sweep = abs(float(scans["angle_increment"])) * (scans["ranges"].shape[1] - 1)
+    sweep = abs(step) * (beams - 1)
     if sweep > 2 * np.pi + 1e-6:
         raise RefusedError(
-            f"{path}: {scans['ranges'].shape[1]} beams of {float(scans['angle_increment']):.5f} rad "
-            f"sweep {np.degrees(sweep):.0f} degrees: expected at most 360"
+            f"{path}: {beams} beams of {step:.5f} rad sweep {np.degrees(sweep):.0f} degrees: expected at most 360"
+        )
+
+
+def _check_ranges(path: Path, scans: Arrays) -> None:
+    nearest_m, farthest_m = float(scans.get("range_min", 0.0)), float(scans.get("range_max", np.inf))
+    if not 0 <= nearest_m < np.inf:
+        raise RefusedError(f"{path}: range_min: expected 0 m or more, and finite, got {nearest_m:g}")
+    if not farthest_m > nearest_m:
+        raise RefusedError(f"{path}: range_max: expected above range_min, {nearest_m:g} m, got {farthest_m:g}")
+    ranges_m = scans["ranges"]
+    if ((ranges_m < 0) & np.isfinite(ranges_m)).any():  # -inf: nearer than range_min, REP 117
+        raise RefusedError(f"{path}: ranges: expected 0 m or more, got {ranges_m[np.isfinite(ranges_m)].min():g}")
+    usable = np.isfinite(ranges_m) & (ranges_m > 0) & (ranges_m >= nearest_m) & (ranges_m <= farthest_m)
+    if not usable.any():
+        raise RefusedError(
+            f"{path}: ranges: expected a beam between {nearest_m:g} and {farthest_m:g} m, found none in the recording"
         )
 
 

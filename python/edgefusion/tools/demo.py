@@ -45,8 +45,8 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.perception.classifier import open_classifier
     from edgefusion.perception.detector import Detector
     from edgefusion.recording.folder import FolderRecording
-    from edgefusion.tools.detect import detect_all
     from edgefusion.tools.results import ResultsFolder, free_folder
+    from edgefusion.tools.run_recording import detect_all
     from edgefusion.tools.scene import write_recording
 
     out = args.out or free_folder(Path("out"), "demo")

@@ -5,26 +5,14 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
-import resource
-import sys
-from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Iterator
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from edgefusion.errors import RefusedError
-
 if TYPE_CHECKING:
-    from edgefusion.config import Config, SyncConfig
-    from edgefusion.perception.calibration import Calibration
+    from edgefusion.config import Config
     from edgefusion.perception.classifier import Classifier
-    from edgefusion.perception.detector import Detector, StageTimes
-    from edgefusion.perception.sync import Pair
-    from edgefusion.recording.folder import FolderRecording
-    from edgefusion.tools.results import ResultsFolder
-    from edgefusion.types import Detection, Frame
 
 EXAMPLES = """examples:
   edgefusion detect drive --model models/resnet18
@@ -70,16 +58,13 @@ def _count(text: str) -> int:
 def run(args: argparse.Namespace) -> int:
     """Detects in a whole recording. Raises RefusedError."""
     from edgefusion.clock import system_clock
-    from edgefusion.config import load_config
     from edgefusion.perception.calibration import load_calibration
     from edgefusion.perception.detector import Detector
     from edgefusion.recording.folder import FolderRecording
     from edgefusion.tools.results import ResultsFolder, free_folder
+    from edgefusion.tools.run_recording import detect_all
 
-    config = load_config(args.config)
-    if args.objects is not None:
-        perception = msgspec.structs.replace(config.perception, objects=args.objects)
-        config = msgspec.structs.replace(config, perception=perception)
+    config = _load_config(args)
     recording = FolderRecording(args.recording)
     calibration = load_calibration(args.calibration or recording.calibration_path)
     classifier = _open_classifier(args)
@@ -93,6 +78,16 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _load_config(args: argparse.Namespace) -> Config:
+    from edgefusion.config import load_config
+
+    config = load_config(args.config)
+    if args.objects is None:
+        return config
+    perception = msgspec.structs.replace(config.perception, objects=args.objects)
+    return msgspec.structs.replace(config, perception=perception)
+
+
 def _open_classifier(args: argparse.Namespace) -> Classifier:
     from edgefusion.perception.classifier import open_classifier
     from edgefusion.perception.network import RuntimeOptions
@@ -101,102 +96,15 @@ def _open_classifier(args: argparse.Namespace) -> Classifier:
     return open_classifier(args.model, labels=args.labels, options=options)
 
 
-def detect_all(
-    recording: FolderRecording,
-    detector: Detector,
-    calibration: Calibration,
-    config: Config,
-    results: ResultsFolder,
-    images: bool,
-) -> Tally:
-    """Every frame of a recording through the detector, into the results as it goes."""
-    from tqdm import tqdm
-
-    from edgefusion.perception.clusters import find_clusters
-    from edgefusion.tools.draw import annotate, draw_scan
-
-    tally = Tally()
-    pairs = _captured_together(recording, calibration, config.sync)
-    for pair in tqdm(pairs, total=len(recording), unit="frame", disable=None, file=sys.stderr):
-        index = recording.frame_index(pair.frame.stamp_ns + calibration.camera_latency_ns)
-        _check_size(recording, index, pair.frame, calibration)
-        detections = detector.detect(pair.scan, pair.frame)
-        results.write_detections(index, detections)
-        tally.add(detections, detector.times)
-        if images:
-            clusters = find_clusters(pair.scan, config.perception)
-            picture = annotate(pair.frame.image, detections, pair.scan, clusters, calibration)
-            results.write_image(f"annotated/{index:06d}.jpg", picture)
-            results.write_image(f"scans/{index:06d}.png", draw_scan(pair.scan, clusters, detections))
-    return tally
-
-
-def _captured_together(recording: FolderRecording, calibration: Calibration, config: SyncConfig) -> Iterator[Pair]:
-    """Scans and frames of the recording, paired by when they were captured."""
-    from edgefusion.perception.sync import Synchronizer
-    from edgefusion.types import Scan
-
-    sync = Synchronizer(tolerance_ns=round(config.tolerance_s * 1e9), horizon_ns=round(config.horizon_s * 1e9))
-    for message in recording.messages():
-        if isinstance(message, Scan):
-            captured_ns = message.stamp_ns - calibration.laser_latency_ns
-            yield from sync.add_scan(dataclasses.replace(message, stamp_ns=captured_ns))
-        else:
-            captured_ns = message.stamp_ns - calibration.camera_latency_ns
-            yield from sync.add_frame(dataclasses.replace(message, stamp_ns=captured_ns))
-    yield from sync.flush()
-
-
-def _check_size(recording: FolderRecording, index: int, frame: Frame, calibration: Calibration) -> None:
-    height, width = frame.image.shape[:2]
-    if (width, height) != calibration.image_size:
-        expected = "x".join(map(str, calibration.image_size))
-        raise RefusedError(
-            f"{recording.image_path(index)}: the calibration is for {expected}, the image is {width}x{height}"
-        )
-
-
-class Tally:
-    """Counts what was found and how long it took."""
-
-    def __init__(self) -> None:
-        self._times: list[StageTimes] = []
-        self._labels: Counter[str] = Counter()
-
-    def add(self, detections: list[Detection], times: StageTimes) -> None:
-        """One more frame."""
-        self._times.append(times)
-        self._labels.update(detection.group or detection.label for detection in detections)
-
-    def summary(self, out: Path) -> dict[str, Any]:
-        """What the run found, as plain values."""
-        return {
-            "out": str(out),
-            "frames": len(self._times),
-            "detections": sum(self._labels.values()),
-            "labels": dict(self._labels.most_common()),
-            "median_ms": self._median_ms(),
-            "peak_memory_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024),
-        }
-
-    def _median_ms(self) -> dict[str, float]:
-        import numpy as np
-
-        if not self._times:
-            return {}
-        stages = [field.name for field in dataclasses.fields(self._times[0])]
-        rows = np.array([[getattr(times, stage) for stage in stages] for times in self._times]) / 1e6
-        medians = {stage[: -len("_ns")]: round(float(m), 3) for stage, m in zip(stages, np.median(rows, axis=0))}
-        return {**medians, "whole_frame": round(float(np.median(rows.sum(axis=1))), 3)}
-
-
 def _as_text(summary: dict[str, Any]) -> str:
     found = ", ".join(f"{label} {n}" for label, n in list(summary["labels"].items())[:8])
+    sync = ", ".join(f"{ending} {n}" for ending, n in summary["sync"].items())
     stages = ", ".join(f"{stage} {ms:g}" for stage, ms in summary["median_ms"].items())
     return "\n".join(
         [
             f"{summary['frames']} frames, {summary['detections']} detections on {summary['provider']}",
             f"found:           {found or 'nothing'}",
+            f"pairing:         {sync}",
             f"median ms:       {stages}",
             f"peak memory:     {summary['peak_memory_mb']} MB",
             f"results:         {summary['out']}",
