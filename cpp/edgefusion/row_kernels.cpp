@@ -4,6 +4,7 @@
 
 #include "edgefusion/cpu.hpp"
 #include "edgefusion/row_kernels_avx2.hpp"
+#include "edgefusion/row_kernels_neon.hpp"
 
 namespace edgefusion {
 namespace {
@@ -36,10 +37,14 @@ void down(const float* const* rows, const float* weights, int n, int count, floa
 const RowKernels kGenericKernels{across, down};
 
 const RowKernels& best_kernels() {
+#if defined(__aarch64__)
+  return kNeonKernels;
+#else
 #if defined(__x86_64__)
   if (cpu_has_avx2()) return kAvx2Kernels;
 #endif
   return kGenericKernels;
+#endif
 }
 
 }  // namespace edgefusion

@@ -27,7 +27,7 @@ struct RowKernels {
   static constexpr int kSlack = 5;
 };
 
-/// Plain C++, which compilers turn into NEON on ARMv8-A.
+/// Plain C++. Compilers make vectors of `down` at most: `across` gathers.
 extern const RowKernels kGenericKernels;
 
 /// Vector code of the machine that runs this, where there is some; else kGenericKernels.

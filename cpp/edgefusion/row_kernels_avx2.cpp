@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the edgefusion authors
 //
-// The only file with intrinsics. Each function asks for AVX2 itself and is local to this file, so no AVX2
-// code can stand in for code that every machine must run. No fused multiply-add: its bits are not the generic
-// code's.
+// The only file with AVX2 intrinsics. Each function asks for AVX2 itself and is local to this file, so no
+// AVX2 code can stand in for code that every machine must run. No fused multiply-add: its bits are not the
+// generic code's.
 #include "edgefusion/row_kernels_avx2.hpp"
 
 #if defined(__x86_64__)

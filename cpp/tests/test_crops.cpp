@@ -100,6 +100,12 @@ TEST_CASE("every pixel is what the filter's definition says, to 1/30 of a grey l
         }
 }
 
+#if defined(__aarch64__)
+TEST_CASE("ARMv8-A always gets vector code") {
+  CHECK(&best_kernels() != &kGenericKernels);
+}
+#endif
+
 TEST_CASE("the vector code gives the generic code's bits") {
   std::mt19937 random(5);
   const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
