@@ -16,7 +16,8 @@ import numpy as np
 
 from edgefusion.errors import RefusedError
 from edgefusion.perception.golden import golden_picture
-from edgefusion.perception.model_folder import make_model_folder, read_labels
+from edgefusion.perception.make_model import make_model_folder
+from edgefusion.perception.model_folder import read_labels
 from edgefusion.perception.network import Network, RuntimeOptions, one_line
 from edgefusion.perception.preprocessing import IMAGENET_MEAN, IMAGENET_STD, Filter, Fit, Preprocessing, whole
 

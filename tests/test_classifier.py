@@ -18,7 +18,8 @@ from onnx import numpy_helper
 from edgefusion.errors import RefusedError
 from edgefusion.perception import network
 from edgefusion.perception.classifier import Classifier, open_classifier
-from edgefusion.perception.model_folder import load_model_folder, make_model_folder, read_labels
+from edgefusion.perception.make_model import make_model_folder
+from edgefusion.perception.model_folder import load_model_folder, read_labels
 from edgefusion.perception.network import RuntimeOptions, as_probabilities
 from edgefusion.perception.preprocessing import DEFAULT, IMAGENET_MEAN, IMAGENET_STD, Preprocessing, whole
 from make_onnx import LABELS, edit_manifest, save_labels, save_tiny

@@ -2,6 +2,8 @@
 # Copyright the edgefusion authors
 import shutil
 import struct
+import subprocess
+import sys
 import zlib
 from pathlib import Path
 
@@ -12,8 +14,9 @@ import onnx
 import pytest
 
 from edgefusion.errors import RefusedError
-from edgefusion.perception import model_folder
-from edgefusion.perception.model_folder import load_model_folder, make_model_folder, read_labels
+from edgefusion.perception import make_model
+from edgefusion.perception.make_model import make_model_folder
+from edgefusion.perception.model_folder import load_model_folder, read_labels
 from edgefusion.perception.onnx_header import read_onnx_header
 from edgefusion.perception.preprocessing import PAPER
 from make_onnx import LABELS, edit_manifest, save_labels, save_tiny, tiny_network
@@ -169,7 +172,7 @@ def test_a_folder_that_fails_half_way_leaves_nothing_behind(tmp_path, monkeypatc
     def full_disk(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(model_folder.os, "fsync", full_disk)
+    monkeypatch.setattr(make_model.os, "fsync", full_disk)
     with pytest.raises(RefusedError, match="No space left on device"):
         make(tmp_path / "out", source)
     assert list(tmp_path.iterdir()) == [source]
@@ -326,3 +329,12 @@ def read_or_none(content):
         return read_onnx_header(content)
     except ValueError:
         return None
+
+
+def test_reading_a_folder_needs_nothing_that_only_making_one_does():
+    program = (
+        "import sys; from edgefusion.perception import classifier;"
+        "sys.exit(str({'tomli_w', 'edgefusion.perception.make_model'} & set(sys.modules) or ''))"
+    )
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert result.stderr.strip() == ""

@@ -89,7 +89,8 @@ def _add_add(commands: Any) -> None:
 
 def run_add(args: argparse.Namespace) -> int:
     """Makes a model folder of an ONNX file."""
-    from edgefusion.perception.model_folder import make_model_folder, read_labels
+    from edgefusion.perception.make_model import make_model_folder
+    from edgefusion.perception.model_folder import read_labels
 
     folder = make_model_folder(
         args.file,
@@ -141,7 +142,7 @@ def run_show(args: argparse.Namespace) -> int:
 
 
 def _preprocessing(args: argparse.Namespace) -> Preprocessing:
-    from edgefusion.perception.model_folder import fixed_size
+    from edgefusion.perception.make_model import fixed_size
     from edgefusion.perception.preprocessing import DEFAULT, IMAGENET_MEAN, IMAGENET_STD, Preprocessing
 
     fraction = 0.875 if args.fit == "shorter-side+centre" else 1.0
