@@ -86,9 +86,30 @@ def test_a_laser_mounted_upside_down_has_the_ground_along_its_z(tmp_path: Path) 
             "T_camera_laser: expected the camera upright",  # inverted
         ),
         (
-            {"T_camera_laser": "[[0, 1, 0, 0], [0, 0, -1, 0.2], [-1, 0, 0, -40], [0, 0, 0, 1]]"},
-            "T_camera_laser: no beam",  # the laser 40 m behind the camera, which looks away
+            {
+                "T_camera_laser": "[[0, -1, 0, 0], [0, 0, -1, 9], [1, 0, 0, 0], [0, 0, 0, 1]]",
+                "K": "[[2000, 0, 320], [0, 2000, 240], [0, 0, 1]]",
+            },
+            "T_camera_laser: no beam",  # a telephoto lens 9 m above the laser
         ),
+        (
+            {"T_camera_laser": "[[0, -1, 0, 0], [0, 0, -1, 0.2], [1, 0, 0, -40], [0, 0, 0, 1]]"},
+            "T_camera_laser: expected a translation of at most 10 m, got 40",
+        ),
+        (
+            {"T_base_laser": "[[1, 0, 0, 250], [0, 1, 0, 0], [0, 0, 1, 0.3], [0, 0, 0, 1]]"},
+            "T_base_laser: expected a translation of at most 10 m, got 250",
+        ),
+        (
+            {"K": "[[1, 0, 320], [0, 500, 240], [0, 0, 1]]"},
+            "K: expected a horizontal field of view of 5 to 170 degrees, got 179.6, for 1 px",
+        ),
+        (
+            {"K": "[[9000, 0, 320], [0, 9000, 240], [0, 0, 1]]"},
+            "K: expected a horizontal field of view of 5 to 170 degrees, got 4.1",
+        ),
+        ({"camera_latency_ns": "10000000001"}, "camera_latency_ns: expected at most 10000000000 either way"),
+        ({"laser_latency_ns": "-10000000001"}, "laser_latency_ns: expected at most 10000000000 either way"),
         ({"laser_height": "0.3"}, "unknown field"),
         ({"laser_height_m": ""}, "missing required field `laser_height_m`"),
         ({"version": "2"}, "version"),
@@ -106,7 +127,13 @@ def test_an_absurd_calibration_is_refused_in_one_line_with_its_file(
 
 @pytest.mark.parametrize(
     ("text", "expected"),
-    [("{", "calibration.json: not JSON"), ("{}", "missing required field"), ("[]", "Expected `object`")],
+    [
+        ("{", "calibration.json: not JSON"),
+        ("{}", "missing required field"),
+        ("[]", "Expected `object`"),
+        ("[" * 100000, "calibration.json: "),
+    ],
+    ids=["cut off", "empty", "a list", "nested deeply"],
 )
 def test_a_broken_json_calibration_is_refused_by_name(tmp_path: Path, text: str, expected: str) -> None:
     (tmp_path / "calibration.json").write_text(text, encoding="utf-8")

@@ -14,13 +14,24 @@ import cv2
 import numpy as np
 import pytest
 
+from edgefusion.cli import main
+from edgefusion.errors import RefusedError
+from edgefusion.tools.results import ResultsFolder, free_folder
 from edgefusion.tools.scene import FRAMES, OBJECTS, nearest_m, write_recording
+from edgefusion.types import ClassScore, Cluster, Detection, Vote
 from make_colour_network import save_colour_network
 
 FIELDS = {
     "frame", "stamp_ns", "label", "group", "score", "margin", "box", "distance_m", "distance_sigma_m", "bearing",
     "scan_frame_dt_ns", "top5",
 }  # fmt: skip
+
+DETECTION = Detection(
+    stamp_ns=7, class_index=1, label="post", group="", score=0.9, margin=0.8, box=(1, 2, 3, 4), distance_m=1.5,
+    distance_sigma_m=0.01, bearing=0.1, position_m=(1.5, 0.1),
+    vote=Vote((ClassScore(1, "post", 0.9),), 0, 0.8, ((ClassScore(1, "post", 0.9),),)),
+    boxes=((1, 2, 3, 4),), cluster=Cluster(np.arange(3), 1.5, 0.1, 0.2), scan_frame_dt_ns=0,
+)  # fmt: skip
 
 
 def edgefusion(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
@@ -158,6 +169,137 @@ def test_a_recording_without_a_single_pair_is_refused(drive: Path, model, tmp_pa
     assert done.returncode == 2
     assert f"{drive}: no frame within tolerance_s = 0.1 s of a scan: the nearest are 4 s apart" in done.stderr
     assert not (tmp_path / "out" / "summary.json").exists()
+
+
+def test_overwriting_leaves_nothing_of_the_run_before(drive: Path, model, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert edgefusion("detect", drive, *model, "--out", out, "--images").returncode == 0
+    (out / "notes.txt").write_text("mine", encoding="utf-8")
+    path = drive / "images" / "000003.jpg"
+    path.write_bytes(path.read_bytes()[:-100])
+    assert edgefusion("detect", drive, *model, "--out", out, "--overwrite").returncode == 2
+    assert sorted(each.name for each in out.iterdir()) == ["detections.jsonl", "notes.txt"]
+    assert {line["frame"] for line in lines_of(out)} == {0, 1, 2}
+
+
+def test_overwrite_without_out_replaces_the_results_in_the_usual_place(drive: Path, model, tmp_path: Path) -> None:
+    for _ in range(2):
+        done = edgefusion("detect", drive, *model, "--overwrite", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    assert [each.name for each in (tmp_path / "out").iterdir()] == ["drive"]
+
+
+def test_a_run_refused_before_its_first_frame_leaves_no_trace(drive: Path, model, tmp_path: Path) -> None:
+    out, path = tmp_path / "out", drive / "images" / "000000.jpg"
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-100])
+    assert edgefusion("detect", drive, *model, "--out", out).returncode == 2
+    assert not out.exists()
+    path.write_bytes(whole)
+    assert edgefusion("detect", drive, *model, "--out", out).returncode == 0
+    path.write_bytes(whole[:-100])
+    before = (out / "detections.jsonl").read_bytes()
+    assert edgefusion("detect", drive, *model, "--out", out, "--overwrite").returncode == 2
+    assert (out / "detections.jsonl").read_bytes() == before
+
+
+def full_disk(out: Path) -> None:
+    (out / "detections.jsonl").symlink_to("/dev/full")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "named"),
+    [
+        (full_disk, "detections.jsonl: cannot write there: No space left on device"),
+        (lambda out: (out / "annotated").touch(), "annotated: cannot write there"),
+        (lambda out: (out / "summary.json").mkdir(), "summary.json: cannot write there: Is a directory"),
+        (lambda out: (out.rmdir(), out.touch()), "out: cannot write there"),
+    ],
+    ids=["full disk", "annotated is a file", "summary is a folder", "out is a file"],
+)
+def test_what_cannot_be_written_is_refused_by_name(tmp_path: Path, spoil, named: str) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    spoil(out)
+    with pytest.raises(RefusedError, match=named), ResultsFolder(out, overwrite=True) as results:
+        for frame in range(2):
+            results.write_detections(frame, [DETECTION])
+            results.write_image(f"annotated/{frame}.png", np.zeros((4, 4, 3), np.uint8))
+        results.write_summary({"frames": 2})
+
+
+def test_a_folder_that_the_system_will_not_look_into_is_refused(tmp_path: Path) -> None:
+    for look in (lambda path: ResultsFolder(path), lambda path: free_folder(path, "drive")):
+        with pytest.raises(RefusedError, match="cannot write there: File name too long"):
+            look(tmp_path / ("o" * 300))
+
+
+def test_a_reader_that_leaves_early_is_no_error() -> None:
+    for arguments in (["--help"], ["detect", "--help"]):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "edgefusion.cli", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        process.stderr.close()
+        assert process.wait() == 0
+
+
+def test_a_full_disk_behind_stdout_is_one_line(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "edgefusion.cli", "demo", "--out", tmp_path / "out"],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr == "edgefusion: [Errno 28] No space left on device\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "line"),
+    [
+        (RuntimeError("CUDA failed\nbadly"), 1, "edgefusion: CUDA failed badly\n"),
+        (KeyboardInterrupt(), 130, "edgefusion: interrupted\n"),
+        (RefusedError("x.toml: no"), 2, "edgefusion: x.toml: no\n"),
+    ],
+)
+def test_what_ends_a_run_early_has_its_own_exit_code_and_one_line(monkeypatch, capsys, error, code, line) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("edgefusion.tools.demo.run", fail)
+    assert main(["demo"]) == code
+    assert capsys.readouterr().err == line
+    monkeypatch.setattr("edgefusion.cli.build_parser", fail)  # while modules are loaded
+    assert main(["demo"]) == code
+
+
+def test_every_exit_code_is_in_the_help() -> None:
+    for verb in ("detect", "demo"):
+        shown = edgefusion(verb, "--help").stdout
+        assert "Exit codes: 0 done, 1 failed while running, 2 refused input, 130 interrupted" in shown
+
+
+@pytest.mark.parametrize("number", ["x", "0", "-1", "2.5", "101"])
+def test_a_number_of_objects_that_cannot_be_is_refused_in_words(capsys, number: str) -> None:
+    with pytest.raises(SystemExit):
+        main(["detect", "drive", "--model", "m", f"--objects={number}"])
+    assert f"argument --objects: expected a whole number from 1 to 100, got '{number}'" in capsys.readouterr().err
+
+
+def test_the_demo_can_be_repeated_in_its_folder_when_asked_to(tmp_path: Path) -> None:
+    out = tmp_path / "demo"
+    assert edgefusion("demo", "--out", out).returncode == 0
+    assert "--overwrite" in edgefusion("demo", "--out", out).stderr
+    assert edgefusion("demo", "--out", out, "--overwrite").returncode == 0
+
+
+def test_a_demo_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    done = edgefusion("demo", "--out", tmp_path / "file")
+    assert done.returncode == 2
+    assert f"edgefusion: {tmp_path / 'file' / 'scene'}: cannot write there: Not a directory\n" in done.stderr
 
 
 def test_a_wrong_command_line_explains_itself() -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
 import sys
 from typing import Sequence
 
@@ -36,18 +37,43 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs a verb. Returns the exit code: 0 done, 2 refused input, 130 interrupted."""
+    """Runs a verb. Returns the exit code: 0 done, 1 failed while running, 2 refused input, 130 interrupted."""
     logging.basicConfig(level=logging.WARNING, format="edgefusion: %(levelname)s: %(message)s")
-    args = build_parser().parse_args(argv)
     try:
-        code: int = args.run(args)
+        return _run(argv)
     except RefusedError as error:
-        print(f"edgefusion: {error}", file=sys.stderr)
-        return 2
+        return _say(error, 2)
     except KeyboardInterrupt:
-        print("edgefusion: interrupted", file=sys.stderr)
-        return 130
+        return _say("interrupted", 130)
+    except BrokenPipeError:  # whoever reads has seen enough, as with `| head`
+        _drop_stdout()
+        return 0
+    except OSError as error:  # a full disk behind stdout: files are refused by name
+        _drop_stdout()
+        return _say(error, 1)
+    except RuntimeError as error:  # a GPU that fails in mid-run
+        return _say(error, 1)
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    try:
+        args = build_parser().parse_args(argv)
+    except SystemExit:  # --help
+        sys.stdout.flush()
+        raise
+    code: int = args.run(args)
+    sys.stdout.flush()  # here, where what goes wrong has an exit code
     return code
+
+
+def _say(what: object, code: int) -> int:
+    print(f"edgefusion: {' '.join(str(what).split())}", file=sys.stderr)
+    return code
+
+
+def _drop_stdout() -> None:
+    """Else the interpreter would flush it once more on its way out, and complain."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -21,10 +21,22 @@ if sys.version_info >= (3, 9):
 else:
     from typing_extensions import Annotated
 
-Positive = Annotated[float, msgspec.Meta(gt=0)]
+# Every number has an upper limit far above what makes sense: without one, infinity and typing errors get in.
+UpTo1 = Annotated[float, msgspec.Meta(gt=0, le=1)]
+UpTo10 = Annotated[float, msgspec.Meta(gt=0, le=10)]
+UpTo100 = Annotated[float, msgspec.Meta(gt=0, le=100)]
+Seconds = Annotated[float, msgspec.Meta(gt=0, le=60)]
 Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
-Count = Annotated[int, msgspec.Meta(ge=1)]
 T = TypeVar("T")
+
+
+def _check_fields(settings: msgspec.Struct) -> None:
+    """msgspec checks what comes from a file; this checks what is built in Python just as strictly."""
+    for field in msgspec.structs.fields(settings):
+        try:
+            msgspec.convert(getattr(settings, field.name), field.type)
+        except msgspec.ValidationError as error:
+            raise RefusedError(f"{field.name}: {error}") from error
 
 
 class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -32,22 +44,22 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
     # DBSCAN: on {X, Y}, or on the paper's {Y, r}, which is singular at the sides.
     features: Literal["xy", "yr"] = "xy"
-    eps_m: Positive = 0.3
-    min_points: Count = 3
+    eps_m: UpTo10 = 0.3
+    min_points: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
     # Wider clusters are walls: background, never named.
-    max_object_width_m: Positive = 3.0
+    max_object_width_m: UpTo100 = 3.0
     # The nearest clusters that project into the image; the paper takes 1.
-    objects: Count = 8
+    objects: Annotated[int, msgspec.Meta(ge=1, le=100)] = 8
 
     # Candidate boxes: heights as pixel height / pixel width, or in metres above the bottom edge. The default three span
     # the middle 90 % of 58 objects in photographs and named more of them than 0.6, 1.0, 1.6 (BENCHMARKS.md).
-    heights: Annotated[Tuple[Positive, ...], msgspec.Meta(min_length=1)] = (0.4, 1.0, 2.5)
+    heights: Annotated[Tuple[UpTo100, ...], msgspec.Meta(min_length=1, max_length=16)] = (0.4, 1.0, 2.5)
     heights_in: Literal["widths", "metres"] = "widths"
     # Box k is 1 + k * width_step times as wide as the cluster.
-    width_step: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    width_step: Annotated[float, msgspec.Meta(ge=0, le=10)] = 0.0
     bottom: Literal["ground", "scan"] = "ground"
     # A box of which less than this share of its area lies in the image is dropped.
-    min_visible: Annotated[float, msgspec.Meta(gt=0, le=1)] = 0.25
+    min_visible: UpTo1 = 0.25
 
     # The vote, and when its winner is too weak to be named.
     height_rule: Literal["paper", "weighted"] = "paper"
@@ -56,14 +68,22 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
     # Distance: the nearest range corrected for the noise of the beams, or the paper's min(r).
     distance: Literal["corrected", "minimum"] = "corrected"
-    range_sigma_m: Positive = 0.01
+    range_sigma_m: UpTo1 = 0.01
+
+    def __post_init__(self) -> None:
+        _check_fields(self)
 
 
 class SyncConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """How scans and frames are paired by their stamps."""
 
-    tolerance_s: Positive = 0.1
-    horizon_s: Positive = 1.0
+    tolerance_s: Seconds = 0.1
+    horizon_s: Seconds = 1.0
+
+    def __post_init__(self) -> None:
+        _check_fields(self)
+        if self.tolerance_s > self.horizon_s:
+            raise RefusedError(f"tolerance_s: expected at most horizon_s, {self.horizon_s:g}, got {self.tolerance_s:g}")
 
 
 class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -80,7 +100,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise RefusedError(f"{path}: cannot be read: {error.strerror}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # also of bytes that are no UTF-8, and of very long numbers
         raise RefusedError(f"{path}: not TOML: {error}") from error
 
 
@@ -88,7 +108,7 @@ def convert(content: Any, kind: Type[T], path: Path) -> T:
     """Content of a file as a strict structure. Raises RefusedError naming the file, the key, what was expected."""
     try:
         return msgspec.convert(content, kind)
-    except msgspec.ValidationError as error:
+    except (msgspec.ValidationError, OverflowError, RecursionError) as error:
         raise RefusedError(f"{path}: {error}") from error
 
 

@@ -21,6 +21,11 @@ from edgefusion.types import read_only
 Matrix = npt.NDArray[np.float64]
 _Rows = List[List[float]]
 
+# What a robot's sensors can be; the opening angle is that of the pinhole.
+WIDTH_DEGREES = (5.0, 170.0)
+OFFSET_MAX_M = 10.0
+LATENCY_MAX_NS = 10_000_000_000
+
 
 class CalibrationFile(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     """calibration.toml. T_a_b maps coordinates of frame b into frame a; the laser is level where T_base_laser is
@@ -85,9 +90,12 @@ class Calibration:
         _check_principal_point(self.K, self.image_size)
         _check_rigid("T_camera_laser", self.T_camera_laser)
         _check_rigid("T_base_laser", self.T_base_laser)
+        for name in ("camera_latency_ns", "laser_latency_ns"):
+            _check_latency(name, getattr(self, name))
         down = self.T_base_laser[:3, :3].T @ np.array([0.0, 0.0, -self.laser_height_m])
         object.__setattr__(self, "to_ground", read_only(down))
         object.__setattr__(self, "camera", Camera(self.K, list(self.distortion)))
+        _check_field_of_view(self.K, self.image_size)
         _check_upright(self)
         _check_laser_in_view(self)
 
@@ -123,7 +131,7 @@ def _from_json(path: Path) -> Calibration:
         content = convert(json.loads(path.read_text(encoding="utf-8")), FolderCalibrationFile, path)
     except OSError as error:
         raise RefusedError(f"{path}: cannot be read: {error.strerror}") from error
-    except json.JSONDecodeError as error:
+    except (json.JSONDecodeError, RecursionError) as error:
         raise RefusedError(f"{path}: not JSON: {error}") from error
     T_camera_laser, T_base_laser = np.eye(4), np.eye(4)
     T_camera_laser[:3, :3] = _matrix("laser_to_camera.R", content.laser_to_camera.R, (3, 3))
@@ -169,6 +177,25 @@ def _check_rigid(name: str, T: Matrix) -> None:
         raise ValueError(f"{name}: expected a rotation (orthonormal, determinant +1), got {R.round(4).tolist()}")
     if (T[3] != (0, 0, 0, 1)).any():
         raise ValueError(f"{name}: expected [0, 0, 0, 1] as last row, got {T[3].tolist()}")
+    offset_m = float(np.linalg.norm(T[:3, 3]))
+    if offset_m > OFFSET_MAX_M:
+        raise ValueError(f"{name}: expected a translation of at most {OFFSET_MAX_M:g} m, got {offset_m:g} m")
+
+
+def _check_latency(name: str, latency_ns: int) -> None:
+    if abs(latency_ns) > LATENCY_MAX_NS:
+        raise ValueError(f"{name}: expected at most {LATENCY_MAX_NS} either way, got {latency_ns}")
+
+
+def _check_field_of_view(K: Matrix, image_size: tuple[int, int]) -> None:
+    fx, cx, width = float(K[0, 0]), float(K[0, 2]), image_size[0]
+    degrees = np.degrees(np.arctan(cx / fx) + np.arctan((width - cx) / fx))
+    least, most = WIDTH_DEGREES
+    if not least <= degrees <= most:
+        raise ValueError(
+            f"K: expected a horizontal field of view of {least:g} to {most:g} degrees, got {degrees:.1f}, "
+            f"for {fx:g} px of focal length and {width} px of width"
+        )
 
 
 def _check_upright(calibration: Calibration) -> None:

@@ -20,7 +20,7 @@ EXAMPLES = """examples:
   edgefusion detect drive --model net.onnx --labels labels.txt --calibration calibration.toml --json
 
 RECORDING is a folder with images/000000.jpg ..., scans.npz and calibration.toml or .json.
-Exit codes: 0 done, 2 refused input (what was written before stays)."""
+Exit codes: 0 done, 1 failed while running, 2 refused input, 130 interrupted; what was written before stays."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -39,7 +39,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--config", type=Path, help="TOML file with [perception] and [sync] settings")
     parser.add_argument("--objects", type=_count, metavar="N", help="the N nearest objects (the paper: 1)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: out/RECORDING)")
-    parser.add_argument("--overwrite", action="store_true", help="replace results that DIR already holds")
+    parser.add_argument("--overwrite", action="store_true", help="replace the results in DIR")
     parser.add_argument("--images", action="store_true", help="write annotated images and pictures of the scans")
     parser.add_argument("--provider", default="auto", help="auto, tensorrt, cuda or cpu (default: auto)")
     parser.add_argument("--require", metavar="PROVIDER", help="refuse to run on any other provider")
@@ -49,10 +49,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def _count(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"expected at least 1, got {text}")
-    return value
+    if not (text.isdecimal() and 1 <= int(text) <= 100):
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1 to 100, got {text!r}")
+    return int(text)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -61,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.perception.calibration import load_calibration
     from edgefusion.perception.detector import Detector
     from edgefusion.recording.folder import FolderRecording
-    from edgefusion.tools.results import ResultsFolder, free_folder
+    from edgefusion.tools.results import ResultsFolder, results_path
     from edgefusion.tools.run_recording import detect_all
 
     config = _load_config(args)
@@ -69,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     calibration = load_calibration(args.calibration or recording.calibration_path)
     classifier = _open_classifier(args)
     detector = Detector(classifier, calibration, config.perception, clock=system_clock)
-    out = args.out or free_folder(Path("out"), args.recording.resolve().name)
+    out = results_path(args.out, args.recording.resolve().name, args.overwrite)
     with ResultsFolder(out, args.overwrite) as results:
         tally = detect_all(recording, detector, calibration, config, results, args.images)
         summary = {"provider": classifier.provider, **tally.summary(out)}
