@@ -88,6 +88,12 @@ def test_something_else_named_gz_is_refused(tmp_path: Path) -> None:
         list(read_carmen(path))
 
 
+@pytest.mark.parametrize("name", ["none.log", "none.log.gz"])
+def test_a_log_that_is_not_there_is_refused_by_name(tmp_path: Path, name: str) -> None:
+    with pytest.raises(RefusedError, match=f"{name}: cannot be read: No such file"):
+        list(read_carmen(tmp_path / name))
+
+
 @pytest.mark.parametrize(("log", "scans"), [("belgioioso", 395), ("csail", 406)])
 def test_real_logs_read_whole(shared_data: Path, log: str, scans: int) -> None:
     read = list(read_carmen(shared_data / "carmen" / f"{log}-corrected.log.gz"))

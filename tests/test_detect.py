@@ -148,6 +148,20 @@ def test_latencies_pair_what_was_captured_together(drive: Path, model, tmp_path:
     assert {line["scan_frame_dt_ns"] for line in lines} == {0}
 
 
+def test_the_lasers_latency_counts_against_the_cameras(drive: Path, model, tmp_path: Path) -> None:
+    """The laser's stamps are 0.2 s late: frame N belongs to scan N + 1."""
+    with (drive / "calibration.toml").open("a", encoding="utf-8") as file:
+        file.write("laser_latency_ns = 200000000\n")
+    assert edgefusion("detect", drive, *model, "--out", tmp_path / "out").returncode == 0
+    lines = lines_of(tmp_path / "out")
+    assert {line["frame"] for line in lines} == set(range(FRAMES - 1))
+    assert {line["scan_frame_dt_ns"] for line in lines} == {0}
+    with np.load(drive / "scans.npz") as scans:
+        second = scans["ranges"][1]
+    post = next(line for line in lines if (line["frame"], line["label"]) == (0, "post"))
+    assert post["distance_m"] == pytest.approx(second.min(), abs=0.04)
+
+
 def restamp(drive: Path, image_stamp) -> None:
     with np.load(drive / "scans.npz") as scans:
         content = dict(scans)

@@ -18,9 +18,10 @@ from edgefusion.perception.calibration import load_calibration
 from edgefusion.perception.classifier import open_classifier
 from edgefusion.perception.clusters import find_clusters
 from edgefusion.perception.detector import Detector
+from edgefusion.perception.groups import LabelGroups
 from edgefusion.recording.folder import FolderRecording
 from edgefusion.tools.scene import OBJECTS, STEP_M, nearest_m, write_recording
-from edgefusion.types import UNKNOWN, Frame, Pose2D, Scan
+from edgefusion.types import STILL, UNKNOWN, Frame, Pose2D, Scan
 from make_colour_network import open_colour_network
 
 COLOURS = {solid.name: solid.color for solid in OBJECTS}
@@ -32,8 +33,12 @@ def scene(tmp_path_factory) -> FolderRecording:
 
 
 @pytest.fixture(scope="module")
-def make_detector(scene, tmp_path_factory):
-    classifier = open_colour_network(tmp_path_factory.mktemp("network"), COLOURS)
+def classifier(tmp_path_factory):
+    return open_colour_network(tmp_path_factory.mktemp("network"), COLOURS)
+
+
+@pytest.fixture(scope="module")
+def make_detector(scene, classifier):
     calibration = load_calibration(scene.calibration_path)
     return lambda **config: Detector(classifier, calibration, PerceptionConfig(**config))
 
@@ -115,6 +120,63 @@ def test_a_turn_shifts_the_object_by_its_angle_in_pixels(scene, make_detector) -
     assert detection.motion_px == pytest.approx(expected, rel=1e-3)  # and a little up or down
 
 
+MOUNTED = np.array([[1, 0, 0, 0.2], [0, -1, 0, 0.1], [0, 0, -1, 0.25], [0, 0, 0, 1]], float)
+FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
+
+
+@pytest.mark.parametrize("motion", [STILL, Pose2D(x_m=0.3), Pose2D(0.1, -0.2, 0.3)])
+def test_a_laser_upside_down_and_off_the_origin_gives_the_same_objects_in_base_link(
+    scene, classifier, motion: Pose2D
+) -> None:
+    """The scene's laser, mounted upside down 0.2 m ahead and 0.1 m left: its beams come in the other order."""
+    level = load_calibration(scene.calibration_path)
+    upright = replace(level, T_base_laser=MOUNTED @ FLIP)
+    flipped = replace(level, T_base_laser=MOUNTED, T_camera_laser=level.T_camera_laser @ FLIP)
+    scan = scene.scan(0)
+    mirrored = replace(scan, ranges_m=scan.ranges_m[::-1])
+    expected = Detector(classifier, upright).detect(scan, scene.frame(0), motion)
+    found = Detector(classifier, flipped).detect(mirrored, scene.frame(0), motion)
+    assert len(found) == len(expected) > 0
+    for one, other in zip(found, expected):
+        assert one.position_m == pytest.approx(other.position_m)
+        assert (one.distance_m, one.bearing) == pytest.approx((other.distance_m, other.bearing))
+        from_laser = np.subtract(one.position_m, (0.2, 0.1))
+        assert np.hypot(*from_laser) == pytest.approx(one.distance_m)
+        assert np.arctan2(*from_laser[::-1]) == pytest.approx(one.bearing)
+    post = min(OBJECTS, key=lambda solid: nearest_m(solid, 0.0))
+    if motion == STILL:  # its axis is (1.7, -0.22) of the laser
+        assert found[0].label == post.name
+        assert found[0].position_m == pytest.approx((1.85, -0.11), abs=0.05)
+
+
+def test_the_weighted_height_rule_gives_a_mean_of_the_boxes(scene, make_detector) -> None:
+    papers = make_detector(objects=1).detect(scene.scan(0), scene.frame(0))[0]
+    weighted = make_detector(objects=1, height_rule="weighted").detect(scene.scan(0), scene.frame(0))[0]
+    assert papers.box in papers.boxes
+    assert weighted.box not in weighted.boxes
+    low, high = np.min(weighted.boxes, axis=0), np.max(weighted.boxes, axis=0)
+    assert ((low <= weighted.box) & (weighted.box <= high)).all()
+
+
+def test_the_distance_and_its_sigma_follow_the_settings(scene, make_detector) -> None:
+    def nearest(**config):
+        return make_detector(objects=1, **config).detect(scene.scan(0), scene.frame(0))[0]
+
+    minimum = nearest(distance="minimum", range_sigma_m=0.02)
+    assert minimum.distance_m == pytest.approx(minimum.cluster.range_m)
+    assert minimum.distance_sigma_m == 0.02
+    assert nearest().distance_m > minimum.distance_m  # a minimum over noise is too near
+    assert nearest(range_sigma_m=0.05).distance_sigma_m > nearest().distance_sigma_m
+
+
+def test_a_detection_carries_the_group_of_its_label(scene, classifier, make_detector) -> None:
+    groups = LabelGroups({"pillar": ["post", "column"]})
+    calibration = load_calibration(scene.calibration_path)
+    grouped = Detector(classifier, calibration, groups=groups)
+    assert grouped.detect(scene.scan(0), scene.frame(0))[0].group == "pillar"
+    assert make_detector().detect(scene.scan(0), scene.frame(0))[0].group == ""
+
+
 def test_a_frame_of_another_size_is_refused(scene, make_detector) -> None:
     frame = Frame(0, np.zeros((240, 320, 3), np.uint8))
     with pytest.raises(ValueError, match="the calibration expects 640x480, got 320x240"):
@@ -151,7 +213,6 @@ def real_drive(shared_data: Path):
     return recording, load_calibration(recording.calibration_path)
 
 
-@pytest.mark.filterwarnings("ignore")  # a bare model: nothing vouches for it
 def test_the_car_ahead_is_found_and_measured_in_every_frame_of_the_real_drive(shared_data, real_drive) -> None:
     recording, calibration = real_drive
     models = shared_data / "models"

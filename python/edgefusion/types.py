@@ -52,6 +52,8 @@ class Scan:
         ranges_m = np.asarray(self.ranges_m, np.float32)
         if ranges_m.ndim != 1:
             raise ValueError(f"ranges_m: expected shape [n], got {list(ranges_m.shape)}")
+        if not (math.isfinite(self.angle_min) and math.isfinite(self.angle_increment)):
+            raise ValueError(f"angles: expected finite values, got {self.angle_min} and {self.angle_increment}")
         object.__setattr__(self, "ranges_m", read_only(ranges_m))
         if self.beam_dt_ns is not None:
             object.__setattr__(self, "beam_dt_ns", read_only(np.asarray(self.beam_dt_ns, np.int64)))
@@ -84,6 +86,10 @@ class Pose2D:
     x_m: float = 0.0
     y_m: float = 0.0
     theta: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.x_m) and math.isfinite(self.y_m) and math.isfinite(self.theta)):
+            raise ValueError(f"pose: expected finite values, got ({self.x_m}, {self.y_m}, {self.theta})")
 
     def matrix(self) -> npt.NDArray[np.float64]:
         """The transform [4, 4] that maps coordinates of this pose's frame into its parent's."""

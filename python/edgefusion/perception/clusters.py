@@ -26,7 +26,7 @@ def find_clusters(scan: Scan, config: PerceptionConfig) -> list[Cluster]:
     """Every cluster of a scan, nearest first; beams without a measured range belong to none."""
     ranges_m, angles = scan.ranges_m.astype(float), scan.angles
     with np.errstate(invalid="ignore"):  # NaN: unknown, REP 117
-        hit = np.isfinite(ranges_m) & (ranges_m > scan.range_min_m) & (ranges_m <= scan.range_max_m)
+        hit = (ranges_m > 0) & (ranges_m >= scan.range_min_m) & (ranges_m <= scan.range_max_m) & np.isfinite(ranges_m)
     beams = np.flatnonzero(hit)
     points = polar_to_plane(ranges_m[beams], angles[beams])
     features = points if config.features == "xy" else np.stack([points[:, 1], ranges_m[beams]], axis=1)

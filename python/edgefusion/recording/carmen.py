@@ -56,6 +56,8 @@ def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
                 yield number, line
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise RefusedError(f"{path}:{number + 1}: expected a whole gzip file, got: {error}") from error
+    except OSError as error:
+        raise RefusedError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 def _open(path: Path) -> BinaryIO:
