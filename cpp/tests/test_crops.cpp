@@ -206,8 +206,8 @@ TEST_CASE("square context moves inside the image where it fits and is padded whe
   CHECK(spans({40, 40, 60, 50}, 99, 99, options) == std::vector<int>{40, 20, 0, 10, 35, 20, 0, 10});
   CHECK(spans({40, 0, 60, 10}, 99, 99, options) == std::vector<int>{40, 20, 0, 10, 0, 20, 0, 10});
   CHECK(spans({40, 90, 60, 99}, 99, 99, options) == std::vector<int>{40, 20, 0, 10, 79, 20, 0, 10});
-  // 80 wide in an image 40 high: rows -20..60 would centre it on the box, so half of the square is padding (3
-  // + 2 rows of 10).
+  // 80 wide in an image 40 high: rows -20..60 would centre it on the box, so half of the square is padding,
+  // 3 + 2 rows of 10.
   CHECK(spans({10, 15, 90, 25}, 99, 40, options) == std::vector<int>{10, 80, 0, 10, 0, 40, 3, 5});
   CHECK(spans({0, 0, 5000, 1}, 5000, 1, options_of(2, Fit::kSquareContext)) ==
         std::vector<int>{0, 5000, 0, 2, 0, 1, 1, 1});
