@@ -181,8 +181,17 @@ TEST_CASE("options without meaning are refused by name") {
   CHECK(refusal(0, 0, 1, 1).find("size") == 0);
   for (const float std : {0.0f, -1.0f, NAN, INFINITY}) CHECK(refusal(1, 0, std, 1).find("std") == 0);
   for (const float mean : {NAN, -INFINITY}) CHECK(refusal(1, mean, 1, 1).find("mean") == 0);
+  CHECK(refusal(1, 0, 1, 1.0000001) == "crop_fraction: expected above 0 and at most 1, got 1.0000001");
   for (const double fraction : {0.0, -1.0, 1.1, double(NAN), 1e-300})
     CHECK(refusal(1, 0, 1, fraction).find("crop_fraction") == 0);
+}
+
+TEST_CASE("an image whose rows have more bytes than an int counts is refused") {
+  const std::uint8_t pixel[3] = {};
+  const Image wide{pixel, 1, kMaxImageSide + 1, 0, 0, 1}, high{pixel, kMaxImageSide + 1, 1, 0, 0, 1};
+  for (const Image& image : {wide, high})
+    CHECK(message_of(image, {0, 0, 1, 1}, options_of(1)).find("image: expected at most 268435456 pixels") ==
+          0);
 }
 
 namespace {
