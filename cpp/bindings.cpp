@@ -1,23 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the edgefusion authors
 //
-// The only file that knows Python: checks shapes, names what is wrong, releases the GIL, hands over pointers.
+// The only file that knows Python: checks types and shapes, names what is wrong, releases the GIL, hands over
+// pointers.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <string>
-#include <tuple>
+#include <type_traits>
 #include <vector>
 
+#include "edgefusion/box.hpp"
 #include "edgefusion/boxes.hpp"
+#include "edgefusion/camera.hpp"
 #include "edgefusion/crops.hpp"
 #include "edgefusion/dbscan.hpp"
 #include "edgefusion/nearest_range.hpp"
 #include "edgefusion/projection.hpp"
+#include "edgefusion/refuse.hpp"
 
 namespace py = pybind11;
 using namespace edgefusion;
@@ -33,34 +42,88 @@ std::string shape_of(const py::array& array) {
   return text + "]";
 }
 
-// `columns` < 0: a vector of any length; `rows` < 0: any number of rows.
+std::string type_of(const py::array& array) {
+  return py::str(array.dtype()).cast<std::string>();
+}
+
+// NumPy's array of anything that it takes for one.
+py::array array_of(const char* name, const py::object& object) {
+  py::array array = py::array::ensure(object);
+  if (!array)
+    refuse(name, ": expected an array of numbers, got ",
+           py::type::of(object).attr("__name__").cast<std::string>());
+  return array;
+}
+
+// The values as doubles; texts, complex numbers and truths are none.
+Array<double> doubles(const char* name, const py::object& object) {
+  const py::array array = array_of(name, object);
+  const char kind = array.dtype().kind();
+  if (kind != 'f' && kind != 'i' && kind != 'u')
+    refuse(name, ": expected real numbers, got ", type_of(array));
+  Array<double> values = Array<double>::ensure(array);
+  if (!values) throw py::error_already_set();
+  return values;
+}
+
+// `rows` < 0: any number of rows.
 void expect_shape(const char* name, const py::array& array, py::ssize_t rows, py::ssize_t columns) {
-  const bool vector = columns < 0;
-  const bool fits = array.ndim() == (vector ? 1 : 2) && (rows < 0 || array.shape(0) == rows) &&
-                    (vector || array.shape(1) == columns);
-  if (fits) return;
-  const std::string first = rows < 0 ? "n" : std::to_string(rows);
-  throw std::invalid_argument(std::string(name) + ": expected shape [" + first +
-                              (vector ? "" : ", " + std::to_string(columns)) + "], got " + shape_of(array));
+  if (array.ndim() == 2 && (rows < 0 || array.shape(0) == rows) && array.shape(1) == columns) return;
+  refuse(name, ": expected shape [", rows < 0 ? "n" : std::to_string(rows), ", ", columns, "], got ",
+         shape_of(array));
+}
+
+Array<double> rows_of(const char* name, const py::object& object, py::ssize_t columns) {
+  Array<double> values = doubles(name, object);
+  expect_shape(name, values, -1, columns);
+  return values;
+}
+
+// `n` < 0: any length.
+Array<double> vector_of(const char* name, const py::object& object, py::ssize_t n = -1) {
+  Array<double> values = doubles(name, object);
+  if (values.ndim() != 1 || (n >= 0 && values.shape(0) != n))
+    refuse(name, ": expected shape [", n < 0 ? "n" : std::to_string(n), "], got ", shape_of(values));
+  return values;
 }
 
 template <int Rows, int Columns>
-Eigen::Matrix<double, Rows, Columns> matrix(const char* name, const Array<double>& array) {
-  expect_shape(name, array, Rows, Columns);
-  return Eigen::Map<const Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>>(array.data());
+Eigen::Matrix<double, Rows, Columns> matrix(const char* name, const py::object& object) {
+  const Array<double> values = doubles(name, object);
+  expect_shape(name, values, Rows, Columns);
+  return Eigen::Map<const Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>>(values.data());
 }
 
-Eigen::Vector3d vector3(const char* name, const Array<double>& array) {
-  expect_shape(name, array, 3, -1);
-  return Eigen::Map<const Eigen::Vector3d>(array.data());
+std::array<float, 3> triple(const char* name, const py::object& object) {
+  const Array<double> values = vector_of(name, object, 3);
+  const double* v = values.data();
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+// OpenCV hands coefficients out as a row or as a column.
+std::vector<double> coefficients(const py::object& distortion) {
+  const Array<double> values = doubles("distortion", distortion);
+  const bool line =
+      values.ndim() == 1 || (values.ndim() == 2 && (values.shape(0) == 1 || values.shape(1) == 1));
+  if (!line) refuse("distortion: expected shape [n], [1, n] or [n, 1], got ", shape_of(values));
+  return {values.data(), values.data() + values.size()};
+}
+
+Camera camera_of(const py::object& K, const py::object& distortion) {
+  return Camera(matrix<3, 3>("K", K), coefficients(distortion));
 }
 
 // A frame is never copied, so its type must be right already.
-Image image_view(const py::array& image) {
+Image image_view(const py::object& object) {
+  if (!py::isinstance<py::array>(object))
+    refuse("image: expected a uint8 array, got ", py::type::of(object).attr("__name__").cast<std::string>());
+  const auto image = py::reinterpret_borrow<py::array>(object);
   if (!py::isinstance<py::array_t<std::uint8_t>>(image))
-    throw std::invalid_argument("image: expected uint8, got " + py::str(image.dtype()).cast<std::string>());
+    refuse("image: expected uint8, got ", type_of(image));
   if (image.ndim() != 3 || image.shape(2) != 3)
-    throw std::invalid_argument("image: expected shape [height, width, 3], got " + shape_of(image));
+    refuse("image: expected shape [height, width, 3], got ", shape_of(image));
+  if (std::max(image.shape(0), image.shape(1)) > kMaxImageSide)
+    refuse("image: expected at most ", kMaxImageSide, " pixels a side, got shape ", shape_of(image));
   return {static_cast<const std::uint8_t*>(image.data()),
           static_cast<int>(image.shape(0)),
           static_cast<int>(image.shape(1)),
@@ -69,23 +132,56 @@ Image image_view(const py::array& image) {
           image.strides(2)};
 }
 
+// Wide: of 64 bits. What a Box cannot hold cannot be inside an image either.
+template <typename Wide>
+std::vector<Box> narrowed(const py::array& array, const Image& image) {
+  const Array<Wide> wide = Array<Wide>::ensure(array);
+  if (!wide) throw py::error_already_set();
+  const auto fits = [](Wide value) {
+    return value <= Wide{std::numeric_limits<std::int32_t>::max()} &&
+           (std::is_unsigned<Wide>::value ||
+            value >= static_cast<Wide>(std::numeric_limits<std::int32_t>::min()));
+  };
+  std::vector<Box> boxes(static_cast<std::size_t>(array.shape(0)));
+  const Wide* row = wide.data();
+  for (std::size_t i = 0; i < boxes.size(); ++i, row += 4) {
+    if (!std::all_of(row, row + 4, fits))
+      refuse("boxes[", i, "]: (", row[0], ", ", row[1], ", ", row[2], ", ", row[3],
+             ") is not inside the image; image ", image.width, " x ", image.height);
+    boxes[i] = {static_cast<std::int32_t>(row[0]), static_cast<std::int32_t>(row[1]),
+                static_cast<std::int32_t>(row[2]), static_cast<std::int32_t>(row[3])};
+  }
+  return boxes;
+}
+
+// Never rounded or wrapped: only integers, of any width. No boxes have no type, [] is no boxes.
+std::vector<Box> boxes_of(const py::object& object, const Image& image) {
+  const py::array array = array_of("boxes", object);
+  const char kind = array.dtype().kind();
+  const bool integers = kind == 'i' || kind == 'u';
+  if (!integers && !(kind == 'f' && array.size() == 0))
+    refuse("boxes: expected integers, got ", type_of(array));
+  if (array.ndim() == 1 && array.size() == 0) return {};
+  expect_shape("boxes", array, -1, 4);
+  return kind == 'u' ? narrowed<std::uint64_t>(array, image) : narrowed<std::int64_t>(array, image);
+}
+
 Fit fit_named(const std::string& name) {
   if (name == "squash") return Fit::kSquash;
   if (name == "letterbox") return Fit::kLetterbox;
   if (name == "square-context") return Fit::kSquareContext;
   if (name == "shorter-side+centre") return Fit::kShorterSideCentre;
-  throw std::invalid_argument(
-      "fit: expected 'squash', 'letterbox', 'square-context' or 'shorter-side+centre', got '" + name + "'");
+  refuse("fit: expected 'squash', 'letterbox', 'square-context' or 'shorter-side+centre', got '", name, "'");
 }
 
 Filter filter_named(const std::string& name) {
   if (name == "antialias") return Filter::kAntialias;
   if (name == "linear") return Filter::kLinear;
-  throw std::invalid_argument("filter: expected 'antialias' or 'linear', got '" + name + "'");
+  refuse("filter: expected 'antialias' or 'linear', got '", name, "'");
 }
 
-py::array_t<std::int32_t> py_dbscan(const Array<double>& points, double eps, int min_points) {
-  expect_shape("points", points, -1, 2);
+py::array_t<std::int32_t> py_dbscan(const py::object& cloud, double eps, int min_points) {
+  const Array<double> points = rows_of("points", cloud, 2);
   const auto n = static_cast<std::size_t>(points.shape(0));
   py::array_t<std::int32_t> labels(points.shape(0));
   const double* in = points.data();
@@ -97,8 +193,8 @@ py::array_t<std::int32_t> py_dbscan(const Array<double>& points, double eps, int
   return labels;
 }
 
-py::tuple py_project(const Array<double>& points, const Camera& camera, const Array<double>& T_camera_laser) {
-  expect_shape("points", points, -1, 3);
+py::tuple py_project(const py::object& cloud, const Camera& camera, const py::object& T_camera_laser) {
+  const Array<double> points = rows_of("points", cloud, 3);
   const Eigen::Matrix4d T = matrix<4, 4>("T_camera_laser", T_camera_laser);
   const py::ssize_t n = points.shape(0);
   py::array_t<double> pixels({n, py::ssize_t{2}});
@@ -113,9 +209,8 @@ py::tuple py_project(const Array<double>& points, const Camera& camera, const Ar
   return py::make_tuple(pixels, marks);
 }
 
-py::array_t<double> py_project_paper(const Array<double>& points, const Array<double>& K, int width,
-                                     int height) {
-  expect_shape("points", points, -1, 3);
+py::array_t<double> py_project_paper(const py::object& cloud, const py::object& K, int width, int height) {
+  const Array<double> points = rows_of("points", cloud, 3);
   const Eigen::Matrix3d intrinsics = matrix<3, 3>("K", K);
   py::array_t<double> pixels({points.shape(0), py::ssize_t{2}});
   const double* in = points.data();
@@ -128,24 +223,29 @@ py::array_t<double> py_project_paper(const Array<double>& points, const Array<do
   return pixels;
 }
 
-py::tuple py_candidate_boxes(const Array<double>& ranges_m, const Array<double>& angles_rad, double step_rad,
-                             const Camera& camera, const Array<double>& T_camera_laser,
-                             const Array<double>& to_ground, int width, int height,
-                             const std::vector<double>& heights, bool heights_are_metric, double width_step,
-                             bool on_ground, double min_visible) {
-  expect_shape("ranges_m", ranges_m, -1, -1);
-  expect_shape("angles_rad", angles_rad, ranges_m.shape(0), -1);
+py::tuple py_candidate_boxes(const py::object& ranges, const py::object& angles, double step_rad,
+                             const Camera& camera, const py::object& T_camera_laser,
+                             const py::object& to_ground, int width, int height, const py::object& heights,
+                             bool heights_are_metric, double width_step, bool on_ground, double min_visible) {
+  const Array<double> ranges_m = vector_of("ranges_m", ranges);
+  const Array<double> angles_rad = vector_of("angles_rad", angles, ranges_m.shape(0));
   const Eigen::Matrix4d T = matrix<4, 4>("T_camera_laser", T_camera_laser);
-  const Eigen::Vector3d ground = vector3("to_ground", to_ground);
+  const Array<double> ground = vector_of("to_ground", to_ground, 3);
+  const Array<double> all_heights = vector_of("heights", heights);
   const Beams beams{ranges_m.data(), angles_rad.data(), static_cast<std::size_t>(ranges_m.shape(0)),
                     step_rad};
-  const BoxRule rule{heights, heights_are_metric, width_step, on_ground, min_visible};
-  std::vector<Box> boxes(heights.size());
-  std::vector<std::int32_t> indices(heights.size());
+  const Eigen::Vector3d down(ground.data());
+  const BoxRule rule{{all_heights.data(), all_heights.data() + all_heights.size()},
+                     heights_are_metric,
+                     width_step,
+                     on_ground,
+                     min_visible};
+  std::vector<Box> boxes(rule.heights.size());
+  std::vector<std::int32_t> indices(rule.heights.size());
   std::size_t n = 0;
   {
     py::gil_scoped_release release;
-    n = candidate_boxes(beams, camera, T, ground, width, height, rule, boxes.data(), indices.data());
+    n = candidate_boxes(beams, camera, T, down, width, height, rule, boxes.data(), indices.data());
   }
   py::array_t<std::int32_t> out({static_cast<py::ssize_t>(n), py::ssize_t{4}});
   py::array_t<std::int32_t> out_indices(static_cast<py::ssize_t>(n));
@@ -154,11 +254,8 @@ py::tuple py_candidate_boxes(const Array<double>& ranges_m, const Array<double>&
   return py::make_tuple(out, out_indices);
 }
 
-py::tuple py_nearest_range(const Array<double>& ranges_m, double sigma_m) {
-  expect_shape("ranges_m", ranges_m, -1, -1);
-  if (ranges_m.shape(0) == 0) throw std::invalid_argument("ranges_m: expected at least one range, got none");
-  if (!(sigma_m > 0.0))
-    throw std::invalid_argument("sigma_m: expected above 0, got " + std::to_string(sigma_m));
+py::tuple py_nearest_range(const py::object& neighbours, double sigma_m) {
+  const Array<double> ranges_m = vector_of("ranges_m", neighbours);
   const double* ranges = ranges_m.data();
   const auto n = static_cast<std::size_t>(ranges_m.shape(0));
   NearestRange nearest{};
@@ -175,26 +272,25 @@ py::array_t<float> crop_buffer(const std::optional<py::array>& out, py::ssize_t 
   const bool fits = py::isinstance<py::array_t<float, py::array::c_style>>(*out) && out->writeable() &&
                     out->ndim() == 4 && std::equal(shape.begin(), shape.end(), out->shape());
   if (!fits)
-    throw std::invalid_argument("out: expected a writeable contiguous float32 array [" + std::to_string(n) +
-                                ", 3, " + std::to_string(size) + ", " + std::to_string(size) + "], got " +
-                                py::str(out->dtype()).cast<std::string>() + " " + shape_of(*out));
+    refuse("out: expected a writeable contiguous float32 array [", n, ", 3, ", size, ", ", size, "], got ",
+           type_of(*out), " ", shape_of(*out));
   return py::reinterpret_borrow<py::array_t<float>>(*out);
 }
 
-py::array_t<float> py_crops(const py::array& image, const Array<std::int32_t>& boxes, int size,
-                            const std::array<float, 3>& mean, const std::array<float, 3>& std,
-                            const std::string& fit, const std::string& filter, double crop_fraction,
+py::array_t<float> py_crops(const py::object& image, const py::object& boxes, int size,
+                            const py::object& mean, const py::object& std, const std::string& fit,
+                            const std::string& filter, double crop_fraction,
                             const std::optional<py::array>& out) {
   const Image view = image_view(image);
-  expect_shape("boxes", boxes, -1, 4);
-  if (size < 1) throw std::invalid_argument("size: expected at least 1, got " + std::to_string(size));
-  const CropOptions options{size, mean, std, fit_named(fit), filter_named(filter), crop_fraction};
-  py::array_t<float> result = crop_buffer(out, boxes.shape(0), size);
-  const auto* first = reinterpret_cast<const Box*>(boxes.data());
+  const std::vector<Box> rows = boxes_of(boxes, view);
+  if (size < 1) refuse("size: expected at least 1, got ", size);
+  const CropOptions options{size,           triple("mean", mean), triple("std", std),
+                            fit_named(fit), filter_named(filter), crop_fraction};
+  py::array_t<float> result = crop_buffer(out, static_cast<py::ssize_t>(rows.size()), size);
   float* pixels = result.mutable_data();
   {
     py::gil_scoped_release release;
-    crops(view, first, static_cast<std::size_t>(boxes.shape(0)), options, pixels);
+    crops(view, rows.data(), rows.size(), options, pixels);
   }
   return result;
 }
@@ -211,18 +307,15 @@ PYBIND11_MODULE(_core, m) {
   m.def("dbscan", &py_dbscan, py::arg("points"), py::arg("eps"), py::arg("min_points"));
 
   py::class_<Camera>(m, "Camera")
-      .def(py::init([](const Array<double>& K, const std::vector<double>& distortion) {
-             return Camera(matrix<3, 3>("K", K), distortion);
-           }),
-           py::arg("K"), py::arg("distortion") = std::vector<double>{})
+      .def(py::init(&camera_of), py::arg("K"), py::arg("distortion") = py::tuple())
       .def_property_readonly("max_radius", &Camera::max_radius);
 
   m.def("project", &py_project, py::arg("points"), py::arg("camera"), py::arg("T_camera_laser"));
   m.def(
       "project",
-      [](const Array<double>& points, const Array<double>& K, const std::vector<double>& distortion,
-         const Array<double>& T_camera_laser) {
-        return py_project(points, Camera(matrix<3, 3>("K", K), distortion), T_camera_laser);
+      [](const py::object& points, const py::object& K, const py::object& distortion,
+         const py::object& T_camera_laser) {
+        return py_project(points, camera_of(K, distortion), T_camera_laser);
       },
       py::arg("points"), py::arg("K"), py::arg("distortion"), py::arg("T_camera_laser"));
   m.def("project_paper", &py_project_paper, py::arg("points"), py::arg("K"), py::arg("width"),

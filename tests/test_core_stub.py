@@ -6,8 +6,11 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
+import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import edgefusion
@@ -23,15 +26,77 @@ def test_the_stub_names_all_that_the_core_has_and_nothing_else() -> None:
     assert names == {name for name in dir(_core) if not name.startswith("__")}
 
 
+def arguments_of(function: ast.FunctionDef) -> list[tuple[str, bool]]:
+    """Every argument's name, and whether it has a default."""
+    names = [argument.arg for argument in function.args.args]
+    first_default = len(names) - len(function.args.defaults)
+    return [(name, i >= first_default) for i, name in enumerate(names)]
+
+
+def compiled_arguments(docstring: str, name: str) -> list[list[tuple[str, bool]]]:
+    """The same of every overload: pybind11 writes "name(a: type, b: type = value) -> type" into the docstring."""
+    signatures = re.findall(rf"{name}\((.*)\) ->", docstring)
+    bare = [re.sub(r"[\w.]+\[[^]]*\]|'[^']*'|\(\)", "x", signature) for signature in signatures]
+    return [[(name, bool(d)) for name, d in re.findall(r"(\w+): [\w. |]+?( = |(?=,|$))", text)] for text in bare]
+
+
 @pytest.mark.parametrize("name", sorted(FUNCTIONS))
-def test_the_stub_has_the_cores_arguments_in_their_order(name: str) -> None:
-    # pybind11 writes every signature into the docstring, "name(a: type, b: type = value) -> type".
-    signatures = re.findall(rf"{name}\((.*)\) ->", getattr(_core, name).__doc__)
-    arguments = [argument.arg for argument in FUNCTIONS[name].args.args]
-    assert arguments in [re.findall(r"(\w+): ", re.sub(r"typing\.\w+\[[^]]*\]", "x", s)) for s in signatures]
+def test_the_stub_has_the_cores_arguments_in_their_order_and_their_defaults(name: str) -> None:
+    compiled = compiled_arguments(getattr(_core, name).__doc__, name)
+    stub = [arguments_of(node) for node in STUB.body if isinstance(node, ast.FunctionDef) and node.name == name]
+    assert stub == compiled
+
+
+def test_the_stub_has_the_cameras_arguments_and_their_defaults() -> None:
+    camera = next(node for node in STUB.body if isinstance(node, ast.ClassDef))
+    init = next(node for node in camera.body if isinstance(node, ast.FunctionDef) and node.name == "__init__")
+    assert [arguments_of(init)] == compiled_arguments(_core.Camera.__init__.__doc__, "__init__")
 
 
 def test_the_core_describes_the_camera_as_the_stub_does() -> None:
     camera = next(node for node in STUB.body if isinstance(node, ast.ClassDef))
     methods = {node.name for node in camera.body if isinstance(node, ast.FunctionDef)} - {"__init__"}
     assert methods == {name for name in dir(_core.Camera) if not name.startswith("_")}
+
+
+K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1]], float)
+T_CAMERA_LASER = np.array([[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]], float)
+CAMERA = _core.Camera(K)
+MANY = np.random.default_rng(0).uniform(1, 9, (50_000, 3))
+TO_GROUND = [0, 0, -0.3]
+CALLS = {
+    "dbscan": lambda: _core.dbscan(MANY[:, :2], 0.01, 3),
+    "project": lambda: _core.project(MANY, CAMERA, T_CAMERA_LASER),
+    "project_paper": lambda: _core.project_paper(MANY, K, 640, 480),
+    "candidate_boxes": lambda: _core.candidate_boxes(
+        MANY[:, 0], MANY[:, 1], 0.01, CAMERA, T_CAMERA_LASER, TO_GROUND, 640, 480, [1.0]
+    ),
+    "nearest_range": lambda: _core.nearest_range(MANY[:, 0], 0.01),
+    "crops": lambda: _core.crops(np.zeros((500, 500, 3), np.uint8), [[0, 0, 500, 500]] * 9, 256, [0] * 3, [1] * 3),
+}
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_other_python_threads_run_meanwhile(name: str) -> None:
+    go, advanced = threading.Lock(), threading.Event()
+    go.acquire()
+
+    def advance() -> None:
+        go.acquire()
+        advanced.set()
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e5)  # nobody is made to give the lock up, so only a call that releases it lets others run
+    try:
+        thread = threading.Thread(target=advance)
+        thread.start()
+        go.release()
+        assert not advanced.is_set()
+        for _ in range(300):
+            CALLS[name]()
+            if advanced.is_set():
+                break
+        assert advanced.is_set()
+    finally:
+        sys.setswitchinterval(interval)
+    thread.join()

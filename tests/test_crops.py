@@ -3,8 +3,6 @@
 """Crops are what Pillow or OpenCV would give, normalized, however box and image lie."""
 
 import itertools
-import sys
-import threading
 from pathlib import Path
 from typing import Any, Tuple
 
@@ -285,8 +283,9 @@ def test_the_buffer_given_is_the_one_returned() -> None:
     np.testing.assert_array_equal(out, crops(image, boxes, 8, MEAN, STD))
 
 
-def test_no_boxes_give_no_crops() -> None:
-    crop = crops(noise(4, 4), np.zeros((0, 4), np.int32), 16, MEAN, STD)
+@pytest.mark.parametrize("boxes", [[], np.zeros((0, 4), np.int32), np.zeros((0, 4))], ids=["list", "int32", "float64"])
+def test_no_boxes_give_no_crops(boxes: Any) -> None:
+    crop = crops(noise(4, 4), boxes, 16, MEAN, STD)
     assert crop.shape == (0, 3, 16, 16) and crop.dtype == np.float32
 
 
@@ -316,7 +315,10 @@ def test_a_wrong_buffer_is_refused(out: Crops) -> None:
     [
         (noise(9, 9)[..., 0], "image: expected shape"),
         (np.zeros((9, 9, 4), np.uint8), "image: expected shape"),
-        (np.zeros((9, 9, 3), np.float32), "image: expected uint8"),
+        (np.zeros((9, 9, 3), np.float32), "image: expected uint8, got float32"),
+        (noise(9, 9).tolist(), "image: expected a uint8 array, got list"),
+        (np.broadcast_to(noise(1, 1), (1, 2**31 + 9, 3)), "image: expected at most 268435456 pixels a side"),
+        (np.broadcast_to(noise(1, 1), (2**32 + 9, 1, 3)), "image: expected at most 268435456 pixels a side"),
     ],
 )
 def test_another_image_is_refused(image: Any, message: str) -> None:
@@ -335,6 +337,9 @@ def test_another_image_is_refused(image: Any, message: str) -> None:
         ((0, 0, 3, 31), "not inside the image"),
         ((90, 90, 95, 95), "not inside the image"),
         ((-(2**31), 0, 2**31 - 1, 3), "not inside the image"),
+        ((0, 0, 2**32 + 3, 3), "not inside the image"),
+        ((-(2**32), 0, 3, 3), "not inside the image"),
+        ((0, -(2**63), 3, 2**63 - 1), "not inside the image"),
     ],
 )
 def test_a_box_that_cannot_be_cropped_is_refused_by_index_values_and_image(box: Box, why: str) -> None:
@@ -343,6 +348,65 @@ def test_a_box_that_cannot_be_cropped_is_refused_by_index_values_and_image(box: 
         crops(noise(30, 40), [(0, 0, 40, 30), box], 8, MEAN, STD, out=out)
     assert str(refusal.value) == f"boxes[1]: {box} is {why}; image 40 x 30"
     assert (out == 7).all(), "nothing is written before all boxes are known to be good"
+
+
+@pytest.mark.parametrize("type", [np.int8, np.uint8, np.int16, np.uint16, np.uint32, np.int64, np.uint64, ">i4"])
+def test_boxes_may_be_integers_of_any_width(type: Any) -> None:
+    image, boxes = noise(30, 40), [[1, 2, 30, 20], [0, 0, 9, 9]]
+    np.testing.assert_array_equal(
+        crops(image, np.array(boxes, type), 8, MEAN, STD), crops(image, np.array(boxes, np.int32), 8, MEAN, STD)
+    )
+
+
+def test_an_unsigned_box_does_not_wrap_around() -> None:
+    with pytest.raises(ValueError, match=r"^boxes\[0\]: \(0, 0, 18446744073709551615, 3\) is not inside the image"):
+        crops(noise(9, 9), np.array([[0, 0, 2**64 - 1, 3]], np.uint64), 8, MEAN, STD)
+
+
+@pytest.mark.parametrize(
+    ("boxes", "message"),
+    [
+        (np.array([[0, 0, 3.7, 3]]), "boxes: expected integers, got float64"),
+        (np.array([[0, 0, 3, 3]], np.float32), "boxes: expected integers, got float32"),
+        ([[0, 0, np.nan, 3]], "boxes: expected integers, got float64"),
+        ([["0", "0", "3", "3"]], "boxes: expected integers, got <U1"),
+        ([[False, False, True, True]], "boxes: expected integers, got bool"),
+        ([[0, 0, 3, 3 + 0j]], "boxes: expected integers, got complex128"),
+        ([[0, 0, 3, None]], "boxes: expected integers, got object"),
+        ([0, 0, 3, 3], r"boxes: expected shape \[n, 4\], got \[4\]"),
+        (np.zeros((0, 3), int), r"boxes: expected shape \[n, 4\], got \[0, 3\]"),
+    ],
+)
+def test_boxes_that_are_no_integers_are_refused_not_rounded(boxes: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        crops(noise(9, 9), boxes, 8, MEAN, STD)
+
+
+@pytest.mark.parametrize("name", ["mean", "std"])
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ([1, 1], r"expected shape \[3\], got \[2\]"),
+        (np.ones((3, 1)), r"expected shape \[3\], got \[3, 1\]"),
+        (1.0, r"expected shape \[3\], got \[\]"),
+        (["1", "1", "1"], "expected real numbers, got <U1"),
+    ],
+)
+def test_a_mean_or_std_that_is_no_triple_is_refused_by_shape(name: str, value: Any, message: str) -> None:
+    options = {"mean": MEAN, "std": STD, name: value}
+    with pytest.raises(ValueError, match=f"^{name}: {message}$"):
+        crops(noise(9, 9), [[0, 0, 9, 9]], 8, **options)
+
+
+def test_mean_and_std_may_be_arrays() -> None:
+    image, boxes = noise(9, 9), [[0, 0, 9, 9]]
+    arrays = crops(image, boxes, 8, np.array(MEAN), np.array(STD, np.float32))
+    np.testing.assert_array_equal(arrays, crops(image, boxes, 8, MEAN, STD))
+
+
+def test_a_number_that_is_refused_is_shown_in_full() -> None:
+    with pytest.raises(ValueError, match=r"^crop_fraction: expected above 0 and at most 1, got 1\.0000001$"):
+        crops(noise(9, 9), [], 8, MEAN, STD, crop_fraction=1.0000001)
 
 
 @pytest.mark.parametrize(
@@ -368,29 +432,3 @@ def test_an_option_without_meaning_is_refused_by_name(options: Any, message: str
     good = {"size": 4, "mean": MEAN, "std": STD}
     with pytest.raises(ValueError, match=f"^{message}: expected"):
         crops(noise(9, 9), [[0, 0, 9, 9]], **{**good, **options})
-
-
-def test_other_python_threads_run_meanwhile() -> None:
-    image, boxes = noise(500, 500), [[0, 0, 500, 500]] * 20
-    go, advanced = threading.Lock(), threading.Event()
-    go.acquire()
-
-    def advance() -> None:
-        go.acquire()
-        advanced.set()
-
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e5)  # nobody is made to give the lock up, so only a call that releases it lets others run
-    try:
-        thread = threading.Thread(target=advance)
-        thread.start()
-        go.release()
-        assert not advanced.is_set()
-        for _ in range(200):
-            crops(image, boxes, 256, MEAN, STD)
-            if advanced.is_set():
-                break
-        assert advanced.is_set()
-    finally:
-        sys.setswitchinterval(interval)
-    thread.join()

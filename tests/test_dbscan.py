@@ -159,6 +159,16 @@ def test_squares_that_overflow_or_vanish_mislead_nobody(points, eps: float, min_
     assert dbscan(array(points), eps, min_points).tolist() == by_definition(points, eps, min_points)
 
 
+@given(grid_points.filter(bool), radii, minimums, st.sampled_from(["kd_tree", "ball_tree"]))
+@settings(max_examples=100, deadline=None)
+def test_labels_are_those_of_scikit_learns_trees_whatever_rounding_does_to_a_tie(
+    points, eps: float, min_points: int, algorithm: str
+) -> None:
+    tenths = array(points) / 10  # 0.1 + 0.2 is not 0.3
+    expected = DBSCAN(eps=eps / 10, min_samples=min_points, algorithm=algorithm, leaf_size=1).fit(tenths).labels_
+    np.testing.assert_array_equal(dbscan(tenths, eps / 10, min_points), expected)
+
+
 def test_no_points_have_no_labels() -> None:
     labels = dbscan(np.empty((0, 2)), 1.0, 1)
     assert labels.dtype == np.int32 and labels.shape == (0,)
@@ -200,3 +210,28 @@ def test_less_than_one_point_is_refused(min_points: int) -> None:
 def test_points_of_another_shape_are_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(ValueError, match=r"^points: expected shape \[n, 2\], got "):
         dbscan(np.zeros(shape), 1.0, 2)
+
+
+@pytest.mark.parametrize("type", [np.float32, np.float16, np.int64, np.uint8, ">f8"])
+def test_points_may_be_of_any_real_type(type) -> None:
+    points = np.array([[0, 0], [1, 0], [9, 9]], type)
+    assert dbscan(points, 1.0, 2).tolist() == dbscan(points.tolist(), 1.0, 2).tolist() == [0, 0, -1]
+
+
+@pytest.mark.parametrize(
+    ("points", "came"),
+    [
+        ([["1", "2"]], "<U1"),
+        ([[1j, 2]], "complex128"),
+        ([[True, False]], "bool"),
+        ([[None, 2]], "object"),
+    ],
+)
+def test_points_that_are_no_real_numbers_are_refused_by_type(points, came: str) -> None:
+    with pytest.raises(ValueError, match=f"^points: expected real numbers, got {came}$"):
+        dbscan(points, 1.0, 2)
+
+
+def test_rows_of_different_length_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"^points: expected an array of numbers, got list$"):
+        dbscan([[1.0, 2.0], [3.0]], 1.0, 2)

@@ -64,8 +64,21 @@ def test_the_papers_minimum_is_a_setting() -> None:
     assert nearest_surface(scan, cluster, PerceptionConfig()).range_m > 1.98
 
 
-def test_no_ranges_and_no_noise_are_refused() -> None:
-    with pytest.raises(ValueError, match="ranges_m: expected at least one range, got none"):
-        nearest_range([], SIGMA)
-    with pytest.raises(ValueError, match="sigma_m: expected above 0"):
-        nearest_range([1.0], 0.0)
+@pytest.mark.parametrize(
+    ("ranges", "sigma", "message"),
+    [
+        ([], SIGMA, "ranges_m: expected at least one range, got none"),
+        ([1.0, np.nan, 1.0], SIGMA, "ranges_m: expected finite numbers, got nan at index 1"),
+        ([1.0, 1.0, np.inf], SIGMA, "ranges_m: expected finite numbers, got inf at index 2"),
+        (np.array([1, -np.inf], np.float32), SIGMA, "ranges_m: expected finite numbers, got -inf at index 1"),
+        ([[1.0]], SIGMA, r"ranges_m: expected shape \[n\], got \[1, 1\]"),
+        (["1"], SIGMA, "ranges_m: expected real numbers, got <U1"),
+        ([1.0], 0.0, "sigma_m: expected a finite number above 0, got 0"),
+        ([1.0], -0.01, "sigma_m: expected a finite number above 0, got -0.01"),
+        ([1.0], np.nan, "sigma_m: expected a finite number above 0, got nan"),
+        ([1.0], np.inf, "sigma_m: expected a finite number above 0, got inf"),
+    ],
+)
+def test_ranges_and_noise_that_cannot_be_are_refused_by_name(ranges, sigma: float, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        nearest_range(ranges, sigma)

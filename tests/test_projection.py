@@ -42,7 +42,7 @@ def test_visible_pixels_are_those_of_opencv(seed: int, coefficients: int) -> Non
     expected = opencv_pixels(points, K, distortion, T)
     # Within ten image widths of the image: far outside, a microscopic rounding is many pixels.
     near = (marks == VISIBLE) & (np.abs(expected) < 10_000).all(axis=1)
-    np.testing.assert_allclose(pixels[near], expected[near], atol=1e-6, rtol=1e-9)
+    np.testing.assert_allclose(pixels[near], expected[near], atol=1e-6, rtol=0)
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -94,6 +94,55 @@ def test_the_papers_form_agrees_where_the_principal_point_is_the_centre(x: float
     np.testing.assert_allclose(project_paper([[x, y, z]], K, 640, 480), pixels, atol=1e-8, rtol=1e-9)
 
 
+@given(st.integers(0, 2**32 - 1), st.sampled_from([4, 5, 8, 12, 14]))
+def test_no_visible_point_lies_where_opencvs_picture_is_turned_over(seed: int, coefficients: int) -> None:
+    rng = np.random.default_rng(seed)
+    _, distortion, _ = random_camera(rng, coefficients)
+    distortion = (np.array(distortion) * 5).tolist()  # so that it folds within the view
+    points = np.concatenate([rng.uniform(-1.5, 1.5, (60, 2)), np.ones((60, 1))], axis=1)
+    _, marks = project(points, np.eye(3), distortion, np.eye(4))
+    step = 1e-6
+    at, right, below = (
+        opencv_pixels(points + move, np.eye(3), distortion, np.eye(4))
+        for move in ([0, 0, 0], [step, 0, 0], [0, step, 0])
+    )
+    turn = np.linalg.det(np.stack([right - at, below - at], axis=1) / step)
+    assert (turn[marks == VISIBLE] > -1e-3).all()
+
+
+def test_a_pixel_that_overflows_is_beyond() -> None:
+    pixels, marks = project([[1e-60, 1, 0]], np.eye(3), [], ROBOT_TO_CAMERA)
+    assert marks.tolist() == [BEYOND]
+    assert np.isnan(pixels).all()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_point_that_is_not_finite_is_refused_by_row(value: float) -> None:
+    points = np.ones((5, 3))
+    points[3, 1] = value
+    message = rf"^points: expected finite coordinates, got \(1, {value}, 1\) in row 3$"
+    with pytest.raises(ValueError, match=message):
+        project(points, np.eye(3), [], np.eye(4))
+    with pytest.raises(ValueError, match=message):
+        project_paper(points, np.eye(3), 640, 480)
+
+
+@pytest.mark.parametrize("shape", [(-1,), (1, -1), (-1, 1)])
+@pytest.mark.parametrize("coefficients", [4, 5, 8, 12, 14])
+def test_coefficients_may_come_as_opencv_hands_them_out(shape: tuple[int, ...], coefficients: int) -> None:
+    distortion = SCALES[:coefficients] / 10
+    points = np.random.default_rng(1).uniform(1, 3, (20, 3))
+    expected, _ = project(points, np.eye(3), distortion.tolist(), ROBOT_TO_CAMERA)
+    camera = Camera(np.eye(3), distortion.reshape(shape))
+    np.testing.assert_array_equal(project(points, camera, ROBOT_TO_CAMERA)[0], expected)
+    np.testing.assert_array_equal(project(points, np.eye(3), distortion.reshape(shape), ROBOT_TO_CAMERA)[0], expected)
+
+
+SHEARED = np.eye(4)
+SHEARED[3] = 0, 0, 0.5, 1
+UNKNOWN = np.full((4, 4), np.nan)
+
+
 def test_the_papers_form_mirrors_a_principal_point_off_the_centre() -> None:
     K = np.array([[525, 0, 300], [0, 510, 250], [0, 0, 1]], float)
     pixels, _ = project([[2.0, 0.3, 0.1]], K, [], ROBOT_TO_CAMERA)
@@ -119,7 +168,14 @@ def test_the_papers_form_has_no_pixel_behind_the_camera() -> None:
             r"distortion: expected 0, 4, 5, 8, 12 or 14 .* got 1",
         ),
         (np.zeros((3, 3)), np.eye(3), [], np.eye(3), r"T_camera_laser: expected shape \[4, 4\]"),
-        (np.zeros((3, 3)), -np.eye(3), [], np.eye(4), r"K: expected focal lengths above 0"),
+        (np.zeros((3, 3)), -np.eye(3), [], np.eye(4), r"K: expected focal lengths above 0, got -1 and -1"),
+        (np.zeros((3, 3)), np.eye(3), np.zeros((2, 4)), np.eye(4), r"distortion: expected shape \[n\], \[1, n\] or"),
+        (np.zeros((3, 3)), np.eye(3), ["0"] * 4, np.eye(4), r"distortion: expected real numbers, got <U1"),
+        (np.zeros((3, 3)), np.eye(3), [0, 0, np.nan, 0], np.eye(4), r"distortion: expected .* got nan at index 2"),
+        (np.zeros((3, 3)), np.eye(3), [], SHEARED, r"T_camera_laser: expected \[0, 0, 0, 1\] .* got \[0, 0, 0.5, 1\]"),
+        (np.zeros((3, 3)), np.eye(3), [], UNKNOWN, r"T_camera_laser: expected finite numbers"),
+        ([["1", "2", "3"]], np.eye(3), [], np.eye(4), r"points: expected real numbers, got <U1"),
+        ([[1, 2, 3j]], np.eye(3), [], np.eye(4), r"points: expected real numbers, got complex128"),
     ],
 )
 def test_what_does_not_fit_is_refused_by_name(points, K, distortion, T, named: str) -> None:

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "edgefusion/projection.hpp"
+#include "edgefusion/refuse.hpp"
+
 namespace edgefusion {
 namespace {
 
@@ -55,8 +58,8 @@ Eigen::Vector3d on_beam(double range, double angle) {
   return {range * std::cos(angle), range * std::sin(angle), 0.0};
 }
 
-// A beam hits somewhere in its own sector: the thing reaches half a step beyond its outermost beams on
-// average.
+// A beam hits somewhere in its own sector: on average the thing reaches half a step beyond its outermost
+// beams.
 View view_of(const Beams& beams, const Projector& projector) {
   View view;
   Eigen::Vector2d pixel;
@@ -95,17 +98,49 @@ Box rounded(const Rectangle& r, int width, int height) {
           std::max(static_cast<std::int32_t>(std::lround(r.y1)), y0 + 1)};
 }
 
+bool above_zero(double value) {
+  return value > 0.0 && std::isfinite(value);
+}
+
+void check(const Beams& beams) {
+  expect_finite("ranges_m", beams.ranges_m, beams.n);
+  expect_finite("angles_rad", beams.angles_rad, beams.n);
+  if (!above_zero(beams.step_rad)) refuse("step_rad: expected a finite number above 0, got ", beams.step_rad);
+}
+
+void check(const BoxRule& rule) {
+  if (rule.heights.empty()) refuse("heights: expected at least one, got none");
+  for (std::size_t k = 0; k < rule.heights.size(); ++k)
+    if (!above_zero(rule.heights[k]))
+      refuse("heights: expected finite numbers above 0, got ", rule.heights[k], " at index ", k);
+  if (!(rule.width_step >= 0.0 && std::isfinite(rule.width_step)))
+    refuse("width_step: expected a finite number of at least 0, got ", rule.width_step);
+  if (!(rule.min_visible > 0.0 && rule.min_visible <= 1.0))
+    refuse("min_visible: expected above 0 and at most 1, got ", rule.min_visible);
+}
+
+void check_scene(const ToGround& to_ground, int width, int height) {
+  expect_finite("to_ground", to_ground.data(), 3);
+  if (to_ground.isZero(0.0)) refuse("to_ground: expected a length above 0, got (0, 0, 0)");
+  if (width < 1) refuse("width: expected at least 1, got ", width);
+  if (height < 1) refuse("height: expected at least 1, got ", height);
+}
+
 }  // namespace
 
 std::size_t candidate_boxes(const Beams& beams, const Camera& camera, const Eigen::Matrix4d& T_camera_laser,
                             const ToGround& to_ground, int width, int height, const BoxRule& rule, Box* boxes,
                             std::int32_t* indices) {
+  check(beams);
+  check(rule);
+  check_transform("T_camera_laser", T_camera_laser);
+  check_scene(to_ground, width, height);
   const Projector projector(camera, T_camera_laser);
   const View view = view_of(beams, projector);
   if (view.empty()) return 0;
 
   const Eigen::Vector3d foot = rule.on_ground ? Eigen::Vector3d(view.nearest + to_ground) : view.nearest;
-  const Eigen::Vector3d up = -to_ground.normalized();
+  const Eigen::Vector3d up = -to_ground.stableNormalized();
   const double bottom = row_of(projector, foot, height);
   const double centre = 0.5 * (view.left + view.right);
 

@@ -22,12 +22,11 @@ struct Beams {
 
 /// Which boxes to propose for a cluster of known pixel width and unknown height.
 struct BoxRule {
-  std::vector<double> heights;  ///< above 0, see heights_are_metric
-  bool heights_are_metric;  ///< true: metres above the bottom edge; false: pixel height / pixel width of the
-                            ///< box
+  std::vector<double> heights;  ///< at least one, above 0, see heights_are_metric
+  bool heights_are_metric;  ///< metres above the bottom edge, or else pixel height / pixel width of the box
   double width_step;   ///< box k is 1 + k * width_step times as wide as the cluster (paper: 0 or a little)
   bool on_ground;      ///< bottom edge on the ground under the nearest beam, or on the scan line
-  double min_visible;  ///< share of a box's area that must be inside the image, in (0, 1]
+  double min_visible;  ///< share of a box's area that must be inside the image, above 0 and at most 1
 };
 
 /// Where the cluster stands in the world: the way from a laser point straight down to the ground, in the
@@ -40,7 +39,11 @@ using ToGround = Eigen::Vector3d;
 /// indices  the height each box belongs to, written
 ///
 /// Returns the number written. A box of which less than min_visible would remain is dropped, as is everything
-/// of a cluster that the camera cannot see: geometry never raises.
+/// of a cluster that the camera cannot see: wherever the cluster is, geometry never raises.
+///
+/// Throws std::invalid_argument for a range or an angle that is not finite, naming its index; a step_rad that
+/// is not finite and above 0; a T_camera_laser that check_transform refuses; a to_ground that is not finite
+/// or has no length; width or height below 1; and a rule that is not as BoxRule says.
 std::size_t candidate_boxes(const Beams& beams, const Camera& camera, const Eigen::Matrix4d& T_camera_laser,
                             const ToGround& to_ground, int width, int height, const BoxRule& rule, Box* boxes,
                             std::int32_t* indices);

@@ -40,8 +40,7 @@ void Cropper::crop(const Box& box, float* out) {
   resample(window, out);
 }
 
-// Across first, once per source row; the rows that one output row needs wait in a ring small enough for the
-// cache.
+// Across first, once per source row; the rows that one output row needs wait in a ring that fits the cache.
 void Cropper::resample(const Window& window, float* out) {
   const auto size = static_cast<std::size_t>(options_.size);
   const Affine affine = normalization(options_, columns_.unit);
@@ -71,7 +70,7 @@ float* Cropper::ring_row(int y) {
 // The kernels want packed BGR and read a little behind the window: where the image is laid out otherwise, or
 // ends there, they get a copy of the row.
 const std::uint8_t* Cropper::packed_row(const Window& window, int y) {
-  const Span& x = window.x;
+  const AxisSpan& x = window.x;
   const std::uint8_t* first =
       image_.data + (window.y.source + y) * image_.row_stride + x.source * image_.pixel_stride;
   const bool packed = image_.channel_stride == 1 && image_.pixel_stride == kChannels;

@@ -23,7 +23,10 @@ enum class Filter {
   kLinear,     ///< between the four nearest pixels: OpenCV's INTER_LINEAR
 };
 
-/// A view of an image of 8-bit BGR pixels; strides in bytes, also negative.
+/// Bytes of a row are counted in an int.
+constexpr int kMaxImageSide = 1 << 28;
+
+/// A view of an image of 8-bit BGR pixels, at most kMaxImageSide a side; strides in bytes, also negative.
 struct Image {
   const std::uint8_t* data;
   int height, width;
@@ -44,7 +47,8 @@ struct CropOptions {
 /// out  n x 3 x size x size, written
 ///
 /// Throws std::invalid_argument, naming the box, for an empty one or one that is not inside the image, and
-/// for size < 1, a std that is not above 0 or a crop_fraction outside (0, 1].
+/// for a larger image, size < 1, a mean that is not finite, a std not finite and above 0 or a crop_fraction
+/// outside (0, 1].
 void crops(const Image& image, const Box* boxes, std::size_t n, const CropOptions& options, float* out);
 
 }  // namespace edgefusion

@@ -9,9 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "edgefusion/ball.hpp"
@@ -19,17 +16,11 @@
 #include "edgefusion/grid.hpp"
 #include "edgefusion/neighbourhood.hpp"
 #include "edgefusion/points.hpp"
+#include "edgefusion/refuse.hpp"
 #include "edgefusion/touch.hpp"
 
 namespace edgefusion {
 namespace {
-
-template <typename... Parts>
-[[noreturn]] void refuse(const Parts&... parts) {
-  std::ostringstream text;
-  (text << ... << parts);
-  throw std::invalid_argument(text.str());
-}
 
 void check(const double* points, std::size_t n, double eps, int min_points) {
   if (!(eps > 0.0 && std::isfinite(eps))) refuse("eps: expected a finite number above 0, got ", eps);
@@ -63,9 +54,13 @@ class Clustering {
 
  private:
   PointRange points(std::uint32_t cell) const { return {grid_.begin[cell], grid_.begin[cell + 1]}; }
-  PointRange points(const Span& span) const { return {grid_.begin[span.begin], grid_.begin[span.end]}; }
+  PointRange points(const CellRange& cells) const {
+    return {grid_.begin[cells.begin], grid_.begin[cells.end]};
+  }
   PointRange cores(std::uint32_t cell) const { return {cores_begin_[cell], cores_begin_[cell + 1]}; }
-  PointRange cores(const Span& span) const { return {cores_begin_[span.begin], cores_begin_[span.end]}; }
+  PointRange cores(const CellRange& cells) const {
+    return {cores_begin_[cells.begin], cores_begin_[cells.end]};
+  }
   bool has_core(std::uint32_t cell) const { return cores_begin_[cell] < cores_begin_[cell + 1]; }
   PointRange others(std::uint32_t cell) const { return {others_begin_[cell], others_begin_[cell + 1]}; }
 
@@ -107,22 +102,22 @@ class Clustering {
 
   std::uint32_t count(const Neighbourhood& near) const {
     std::uint32_t count = 0;
-    for (const Span& span : near) count += grid_.begin[span.end] - grid_.begin[span.begin];
+    for (const CellRange& cells : near) count += grid_.begin[cells.end] - grid_.begin[cells.begin];
     return count;
   }
 
   // How many points it reaches, itself included, but no more than a few above min_points.
   std::uint32_t count_reached(std::uint32_t point, const Neighbourhood& near) const {
     std::uint32_t count = 0;
-    for (const Span& span : near) {
-      count += count_reached(point, points(span), min_points_ - count);
+    for (const CellRange& cells : near) {
+      count += count_reached(point, points(cells), min_points_ - count);
       if (count >= min_points_) break;
     }
     return count;
   }
 
-  // Stops soon after `enough`. Four at a time and no branch for each: a span of a sparse grid has about two
-  // points.
+  // Stops soon after `enough`. Four at a time and no branch for each: a row of cells in a sparse grid has
+  // about two points.
   std::uint32_t count_reached(std::uint32_t point, PointRange range, std::uint32_t enough) const {
     const double px = grid_.points.x[point];
     const double py = grid_.points.y[point];
@@ -139,8 +134,8 @@ class Clustering {
   // Each pair of cells is connected once, when the later one is visited: the cores of the earlier are known.
   void connect_to_earlier(std::uint32_t cell, const Neighbourhood& near) {
     std::uint32_t root = cell;
-    for (const Span& span : near) {
-      for (std::uint32_t other = span.begin; other < std::min(span.end, cell); ++other) {
+    for (const CellRange& cells : near) {
+      for (std::uint32_t other = cells.begin; other < std::min(cells.end, cell); ++other) {
         if (!has_core(other)) continue;
         const std::uint32_t other_root = clusters_.find(other);
         if (other_root != root && touch(cores_, ball_, cores(cell), cores(other)))
@@ -187,8 +182,8 @@ class Clustering {
     const double px = grid_.points.x[point];
     const double py = grid_.points.y[point];
     auto lowest = static_cast<std::uint32_t>(kNoise);
-    for (const Span& span : near) {
-      const PointRange range = cores(span);
+    for (const CellRange& cells : near) {
+      const PointRange range = cores(cells);
       for (std::uint32_t j = range.begin; j < range.end; j += 4) {
         const double* const x = &cores_.x[j];
         const double* const y = &cores_.y[j];

@@ -13,8 +13,7 @@ namespace edgefusion {
 namespace {
 
 // A cell's side in units of eps. Below sqrt(1/2), so that the diagonal is shorter than eps by far more than
-// any rounding here; above 1/2, so that whatever lies three cells away is farther than eps, by as wide a
-// margin.
+// any rounding here; above 1/2, so that what lies three cells away is farther than eps, by as wide a margin.
 constexpr double kSide = 0.7;
 
 // Up to here an interval's number, computed in doubles, is right to a millionth of an interval.
@@ -110,8 +109,7 @@ void mark_cells(Grid& grid, const std::vector<Keyed>& records) {
 Grid make_grid(const double* points, std::size_t n, double eps) {
   const Intervals columns = split_axis(points, n, eps);
   const Intervals rows = split_axis(points + 1, n, eps);
-  const int column_bits =
-      bit_width(columns.count + 3);  // neighbours may end two columns outside on either side
+  const int column_bits = bit_width(columns.count + 3);  // two columns more on either side, for neighbours
   const std::vector<Keyed> records = sorted_by_cell(rows, columns, column_bits);
   Grid grid(n);
   gather_points(grid.points, records, points);

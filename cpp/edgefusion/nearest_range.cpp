@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "edgefusion/refuse.hpp"
+
 namespace edgefusion {
 namespace {
 
@@ -83,6 +85,10 @@ double step_to_neighbour(const std::vector<double>& shape, std::size_t i, double
 }  // namespace
 
 NearestRange nearest_range(const double* ranges_m, std::size_t n, double sigma_m) {
+  if (n == 0) refuse("ranges_m: expected at least one range, got none");
+  expect_finite("ranges_m", ranges_m, n);
+  if (!(sigma_m > 0.0 && std::isfinite(sigma_m)))
+    refuse("sigma_m: expected a finite number above 0, got ", sigma_m);
   const std::vector<double> shape = smoothed(ranges_m, n);
   const auto nearest = std::min_element(shape.begin(), shape.end());
   const auto index = static_cast<std::size_t>(nearest - shape.begin());

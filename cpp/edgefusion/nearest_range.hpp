@@ -13,14 +13,16 @@ struct NearestRange {
   std::size_t index;  ///< the beam nearest to it
 };
 
-/// The paper's min(r), corrected: the minimum over noisy beams is too near, the more so the more beams there
-/// are.
+/// The paper's min(r), corrected: the minimum over noisy beams is too near, and the nearer the more beams.
 ///
 /// The cluster's shape is estimated by a short moving mean; the bias and the spread of the minimum over beams
 /// of that shape and of the given noise are integrated and undone. What lies between the beams is nearer
 /// still by a part of the step to the next beam, which widens sigma too.
 ///
-/// ranges_m  n >= 1 finite ranges of neighbouring beams; sigma_m: of one beam's noise, above 0
+/// ranges_m  n >= 1 ranges of neighbouring beams
+/// sigma_m   of one beam's noise
+///
+/// Throws std::invalid_argument for no ranges, one that is not finite, or a sigma_m not finite and above 0.
 NearestRange nearest_range(const double* ranges_m, std::size_t n, double sigma_m);
 
 }  // namespace edgefusion

@@ -11,31 +11,30 @@
 namespace edgefusion {
 
 /// The occupied cells of one row that are at most two columns away: neighbours in memory as well.
-struct Span {
+struct CellRange {
   std::uint32_t begin;
   std::uint32_t end;
 };
 
-/// All occupied cells that a point of the present cell can reach: one span for each row, the nearest rows
-/// first.
+/// All occupied cells that a point of the present cell can reach: one range for each row, the nearest first.
 class Neighbourhood {
  public:
   explicit Neighbourhood(const Grid& grid) : key_(grid.key.data()) {
-    for (std::size_t i = 0; i < spans_.size(); ++i)
+    for (std::size_t i = 0; i < ranges_.size(); ++i)
       offset_[i] = kRows[i] * grid.row_stride - 2;  // may wrap around
   }
 
   /// Moves on to a later cell; over the whole grid that takes linear time.
   void slide_to(std::uint32_t cell) {
-    for (std::size_t i = 0; i < spans_.size(); ++i) {
+    for (std::size_t i = 0; i < ranges_.size(); ++i) {
       const std::uint64_t first = key_[cell] + offset_[i];
-      const std::uint32_t begin = skip_below(first, spans_[i].begin);
-      spans_[i] = {begin, begin + count_below<5>(first + 5, begin)};
+      const std::uint32_t begin = skip_below(first, ranges_[i].begin);
+      ranges_[i] = {begin, begin + count_below<5>(first + 5, begin)};
     }
   }
 
-  const Span* begin() const { return spans_.data(); }
-  const Span* end() const { return spans_.data() + spans_.size(); }
+  const CellRange* begin() const { return ranges_.data(); }
+  const CellRange* end() const { return ranges_.data() + ranges_.size(); }
 
  private:
   static constexpr std::array<std::uint64_t, 5> kRows{0, ~std::uint64_t{0}, 1, ~std::uint64_t{1}, 2};
@@ -60,7 +59,7 @@ class Neighbourhood {
 
   const std::uint64_t* key_;
   std::array<std::uint64_t, 5> offset_;
-  std::array<Span, 5> spans_{};
+  std::array<CellRange, 5> ranges_{};
 };
 
 }  // namespace edgefusion

@@ -15,9 +15,8 @@ void resize(Taps& taps, int count, int width) {
   taps.weights.resize(static_cast<std::size_t>(count) * static_cast<std::size_t>(width));
 }
 
-// Pillow's: each output is a triangle about its centre, as wide as two outputs or, enlarging, two source
-// pixels.
-void make_triangles(const Span& span, Taps& taps) {
+// Pillow's: each output is a triangle about its centre, as wide as two outputs or, enlarging, two pixels.
+void make_triangles(const AxisSpan& span, Taps& taps) {
   const double scale = static_cast<double>(span.length) / static_cast<double>(span.resized);
   const double support = std::max(1.0, scale);
   const double slope = 1 / support;
@@ -40,7 +39,7 @@ void make_triangles(const Span& span, Taps& taps) {
 }
 
 // OpenCV's: between the two nearest pixels, whatever the scale; beyond the outermost centre the edge goes on.
-void make_linear(const Span& span, Taps& taps) {
+void make_linear(const AxisSpan& span, Taps& taps) {
   const double scale = static_cast<double>(span.length) / static_cast<double>(span.resized);
   const int width = std::min(span.length, 2);
   resize(taps, span.count, width);
@@ -101,7 +100,7 @@ void make_shuffles(FixedTaps& fixed) {
 
 }  // namespace
 
-void make_taps(const Span& span, Filter filter, Taps& taps) {
+void make_taps(const AxisSpan& span, Filter filter, Taps& taps) {
   if (filter == Filter::kAntialias)
     make_triangles(span, taps);
   else

@@ -21,7 +21,7 @@ struct Taps {
 };
 
 /// Taps of the pixels that `span` keeps. `taps` is written, its memory reused.
-void make_taps(const Span& span, Filter filter, Taps& taps);
+void make_taps(const AxisSpan& span, Filter filter, Taps& taps);
 
 /// The same in 16-bit fixed point, for pairs of neighbouring pixels of a packed BGR row.
 ///
@@ -37,8 +37,7 @@ struct FixedTaps {
   std::vector<std::int16_t> weights;  ///< [pairs][count][2]
 
   /// Where images are enlarged, four outputs find their only pairs in the same 16 bytes. Of each output: the
-  /// places of its two blue bytes, counted from the first of the four outputs, each followed by kNone. Else
-  /// empty.
+  /// places of its two blue bytes, counted from the first of the four, each followed by kNone. Else empty.
   std::vector<std::uint8_t> shuffles;
   static constexpr std::uint8_t kNone = 0x80;
 };

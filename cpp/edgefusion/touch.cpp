@@ -25,8 +25,8 @@ struct Bounds {
 };
 
 // Two crowds may face each other along a curved gap: then neither a lucky pair nor their bounding boxes
-// decide, and all pairs would be quadratic. Halving the larger one again and again leaves only the pairs
-// along the gap.
+// decide, and all pairs would be quadratic. Halving the larger one again and again leaves only the pairs near
+// the gap.
 class Halving {
  public:
   using Point = std::vector<std::uint32_t>::iterator;

@@ -20,16 +20,16 @@ Int half_to_even(Int n) {
   return n / 2 + (n % 2) * (n / 2 % 2);
 }
 
-Span squashed(int source, int length, int size) {
+AxisSpan squashed(int source, int length, int size) {
   return {source, length, size, 0, 0, size};
 }
 
-Span letterboxed(int source, int length, int longer, int size) {
+AxisSpan letterboxed(int source, int length, int longer, int size) {
   const auto count = static_cast<int>(std::max<Int>(1, rounded(Int{length} * size, longer)));
   return {source, length, count, 0, (size - count) / 2, count};
 }
 
-Span with_context(int source, int length, int side, int image, int size) {
+AxisSpan with_context(int source, int length, int side, int image, int size) {
   const int centred = source - (side - length) / 2;
   const int start = std::clamp(centred, std::min(0, image - side), std::max(0, image - side));
   const int first = std::max(0, start);
@@ -40,7 +40,7 @@ Span with_context(int source, int length, int side, int image, int size) {
   return {first, last - first, count, 0, at, count};
 }
 
-Span centred(int source, int length, int shorter, Int resized_shorter, int size) {
+AxisSpan centred(int source, int length, int shorter, Int resized_shorter, int size) {
   const Int resized = resized_shorter * length / shorter;
   return {source, length, resized, half_to_even(resized - size), 0, size};
 }

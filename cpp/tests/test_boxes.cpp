@@ -3,9 +3,14 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "edgefusion/boxes.hpp"
+#include "edgefusion/refuse.hpp"
+#include "refusal.hpp"
 
 using namespace edgefusion;
 
@@ -143,7 +148,9 @@ TEST_CASE("geometry never raises: ranges of any size give boxes inside the image
   for (const double range : {1e-9, 1e-3, 0.05, 1.0, 1e3, 1e9, 1e300}) {
     Cluster cluster = face(1.0, -60 * kStep, 121);
     for (double& r : cluster.ranges) r = range;
-    for (const Box& box : boxes_of(cluster, rule({0.1, 1.0, 50.0}))) {
+    const std::vector<Box> boxes = boxes_of(cluster, rule({0.1, 1.0, 50.0}));
+    if (range == 1.0) CHECK(!boxes.empty());
+    for (const Box& box : boxes) {
       CHECK(box.width() >= 1);
       CHECK(box.height() >= 1);
       CHECK(box.x0 >= 0);
@@ -151,5 +158,64 @@ TEST_CASE("geometry never raises: ranges of any size give boxes inside the image
       CHECK(box.y0 >= 0);
       CHECK(box.y1 <= kHeight);
     }
+  }
+}
+
+TEST_CASE("a way to the ground of any length gives the same metric heights on the scan line") {
+  BoxRule metric = rule({0.3});
+  metric.heights_are_metric = true;
+  metric.on_ground = false;
+  for (const double length : {1e-300, 1.0, 1e300}) {
+    const std::vector<Box> boxes = boxes_of(face(2.0, -10 * kStep, 21), metric, ToGround(0, 0, -length));
+    REQUIRE(boxes.size() == 1);
+    CHECK(boxes[0].height() == 75);
+  }
+}
+
+TEST_CASE("what is no cluster, no rule or no scene is refused by name") {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const auto message = [](const Cluster& cluster, double step, const Eigen::Matrix4d& T,
+                          const ToGround& ground, int width, int height, const BoxRule& r) {
+    return refusal([&] {
+      std::vector<Box> boxes(r.heights.size());
+      std::vector<std::int32_t> indices(r.heights.size());
+      const Beams beams{cluster.ranges.data(), cluster.angles.data(), cluster.ranges.size(), step};
+      candidate_boxes(beams, camera(), T, ground, width, height, r, boxes.data(), indices.data());
+    });
+  };
+  const Cluster good = face(2.0, 0, 3);
+  const Eigen::Matrix4d T = camera_at_laser();
+  const BoxRule r = rule({1.0});
+  CHECK(message(good, kStep, T, kLevel, 9, 9, r) == "");
+
+  for (const double value : {nan, inf, -inf}) {
+    Cluster ranges = good, angles = good;
+    ranges.ranges[2] = angles.angles[1] = value;
+    CHECK(message(ranges, kStep, T, kLevel, 9, 9, r).find("ranges_m: expected finite numbers, got ") == 0);
+    CHECK(message(ranges, kStep, T, kLevel, 9, 9, r).find(" at index 2") != std::string::npos);
+    CHECK(message(angles, kStep, T, kLevel, 9, 9, r).find("angles_rad: expected finite") == 0);
+    CHECK(message(good, kStep, T, {0, value, -1}, 9, 9, r).find("to_ground: expected finite") == 0);
+  }
+  for (const double step : {0.0, -0.1, nan, inf})
+    CHECK(message(good, step, T, kLevel, 9, 9, r).find("step_rad: expected") == 0);
+  CHECK(message(good, kStep, T, {0, 0, 0}, 9, 9, r).find("to_ground: expected") == 0);
+  CHECK(message(good, kStep, T, kLevel, 0, 9, r) == "width: expected at least 1, got 0");
+  CHECK(message(good, kStep, T, kLevel, 9, -1, r) == "height: expected at least 1, got -1");
+  CHECK(message(good, kStep, 2 * T, kLevel, 9, 9, r) ==
+        "T_camera_laser: expected [0, 0, 0, 1] as last row, got [0, 0, 0, 2]");
+
+  CHECK(message(good, kStep, T, kLevel, 9, 9, rule({})) == "heights: expected at least one, got none");
+  for (const double height : {0.0, -1.0, nan, inf})
+    CHECK(message(good, kStep, T, kLevel, 9, 9, rule({1.0, height})).find("heights: expected") == 0);
+  for (const double step : {-0.1, nan, inf}) {
+    BoxRule wrong = r;
+    wrong.width_step = step;
+    CHECK(message(good, kStep, T, kLevel, 9, 9, wrong).find("width_step: expected") == 0);
+  }
+  for (const double share : {0.0, -1.0, 1.0000001, nan}) {
+    BoxRule wrong = r;
+    wrong.min_visible = share;
+    CHECK(message(good, kStep, T, kLevel, 9, 9, wrong) ==
+          "min_visible: expected above 0 and at most 1, got " + shown(share));
   }
 }

@@ -58,6 +58,37 @@ TEST_CASE("a pole of the rational model ends the valid region too") {
   CHECK(camera.max_radius() == doctest::Approx(1.0));
 }
 
+TEST_CASE("a pixel that overflows is beyond, and has no value") {
+  Eigen::Vector2d pixel;
+  CHECK(Camera(intrinsics(), {}).project({1.0, 0.0, 1e-60}, pixel) == Mark::kBeyond);
+  CHECK(std::isnan(pixel.x()));
+  CHECK(Camera(intrinsics(), {}).project({1.0, 0.0, 1e-320}, pixel) == Mark::kBeyond);
+}
+
+TEST_CASE("where the tangential terms fold the picture back, nothing is projected") {
+  // Along -x: x' = -r + 3 p2 r^2, which stops at r = 1 / (6 p2). The radial terms alone would grow for ever.
+  const Camera camera(intrinsics(), {0, 0, 0, 0.05});
+  const double turn = 1 / 0.3;
+  Eigen::Vector2d pixel;
+  CHECK(std::isinf(camera.max_radius()));
+  CHECK(camera.project({-0.999 * turn, 0.0, 1.0}, pixel) == Mark::kVisible);
+  CHECK(camera.project({-1.001 * turn, 0.0, 1.0}, pixel) == Mark::kBeyond);
+  CHECK(std::isnan(pixel.x()));
+  CHECK(camera.project({1.001 * turn, 0.0, 1.0}, pixel) == Mark::kVisible);  // on the other side it grows
+}
+
+TEST_CASE("nothing is projected onto a tilted sensor from behind it") {
+  const double tilt = 0.5;
+  const Camera camera(intrinsics(), {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, tilt});
+  const double edge = 1 / std::tan(tilt);
+  Eigen::Vector2d pixel;
+  for (const double side : {-1.0, 1.0}) {
+    const bool before = camera.project({side * 0.99 * edge, 0.0, 1.0}, pixel) == Mark::kVisible &&
+                        camera.project({side * 1.01 * edge, 0.0, 1.0}, pixel) == Mark::kVisible;
+    CHECK(before == (side > 0));
+  }
+}
+
 TEST_CASE("what is no camera is refused") {
   Eigen::Matrix3d mirrored = intrinsics(), skewed = intrinsics(), unknown = intrinsics();
   mirrored(0, 0) = -500;

@@ -187,8 +187,17 @@ TEST_CASE("options without meaning are refused by name") {
   CHECK(refusal(0, 0, 1, 1).find("size") == 0);
   for (const float std : {0.0f, -1.0f, NAN, INFINITY}) CHECK(refusal(1, 0, std, 1).find("std") == 0);
   for (const float mean : {NAN, -INFINITY}) CHECK(refusal(1, mean, 1, 1).find("mean") == 0);
+  CHECK(refusal(1, 0, 1, 1.0000001) == "crop_fraction: expected above 0 and at most 1, got 1.0000001");
   for (const double fraction : {0.0, -1.0, 1.1, double(NAN), 1e-300})
     CHECK(refusal(1, 0, 1, fraction).find("crop_fraction") == 0);
+}
+
+TEST_CASE("an image whose rows have more bytes than an int counts is refused") {
+  const std::uint8_t pixel[3] = {};
+  const Image wide{pixel, 1, kMaxImageSide + 1, 0, 0, 1}, high{pixel, kMaxImageSide + 1, 1, 0, 0, 1};
+  for (const Image& image : {wide, high})
+    CHECK(message_of(image, {0, 0, 1, 1}, options_of(1)).find("image: expected at most 268435456 pixels") ==
+          0);
 }
 
 namespace {
@@ -212,8 +221,8 @@ TEST_CASE("square context moves inside the image where it fits and is padded whe
   CHECK(spans({40, 40, 60, 50}, 99, 99, options) == std::vector<int>{40, 20, 0, 10, 35, 20, 0, 10});
   CHECK(spans({40, 0, 60, 10}, 99, 99, options) == std::vector<int>{40, 20, 0, 10, 0, 20, 0, 10});
   CHECK(spans({40, 90, 60, 99}, 99, 99, options) == std::vector<int>{40, 20, 0, 10, 79, 20, 0, 10});
-  // 80 wide in an image 40 high: rows -20..60 would centre it on the box, so half of the square is padding (3
-  // + 2 rows of 10).
+  // 80 wide in an image 40 high: rows -20..60 would centre it on the box, so half of the square is padding,
+  // 3 + 2 rows of 10.
   CHECK(spans({10, 15, 90, 25}, 99, 40, options) == std::vector<int>{10, 80, 0, 10, 0, 40, 3, 5});
   CHECK(spans({0, 0, 5000, 1}, 5000, 1, options_of(2, Fit::kSquareContext)) ==
         std::vector<int>{0, 5000, 0, 2, 0, 1, 1, 1});

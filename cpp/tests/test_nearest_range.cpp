@@ -3,10 +3,12 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
 #include "edgefusion/nearest_range.hpp"
+#include "refusal.hpp"
 
 using namespace edgefusion;
 
@@ -64,4 +66,16 @@ TEST_CASE("a slanted face is nearest half a step beyond its last beam") {
   const NearestRange nearest = nearest_range(ranges.data(), ranges.size(), 1e-4);
   CHECK(nearest.range_m == doctest::Approx(1.95).epsilon(1e-3));
   CHECK(nearest.index == 5);
+}
+
+TEST_CASE("no ranges, ranges that are not finite and no noise are refused by name") {
+  const auto message = [](const std::vector<double>& ranges, double sigma) {
+    return refusal([&] { nearest_range(ranges.data(), ranges.size(), sigma); });
+  };
+  CHECK(message({}, kSigma) == "ranges_m: expected at least one range, got none");
+  CHECK(message({1, 2, NAN}, kSigma) == "ranges_m: expected finite numbers, got nan at index 2");
+  CHECK(message({1, INFINITY}, kSigma) == "ranges_m: expected finite numbers, got inf at index 1");
+  CHECK(message({1}, 0.0) == "sigma_m: expected a finite number above 0, got 0");
+  for (const double sigma : {-1.0, double(NAN), double(INFINITY)})
+    CHECK(message({1}, sigma).find("sigma_m: expected") == 0);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "edgefusion/projection.hpp"
+#include "refusal.hpp"
 
 using namespace edgefusion;
 
@@ -56,4 +57,27 @@ TEST_CASE("a point behind the camera has no pixel by either form") {
   CHECK(marks[0] == static_cast<std::uint8_t>(Mark::kBehind));
   CHECK(std::isnan(pixels[0]));
   CHECK(std::isnan(paper[0]));
+}
+
+TEST_CASE("a point that is not finite is refused by its row, a matrix that moves nothing rigidly by name") {
+  const Camera camera(centred_intrinsics(), {});
+  std::array<double, 4> pixels{};
+  std::array<std::uint8_t, 2> marks{};
+  const auto message = [&](const std::array<double, 6>& points, const Eigen::Matrix4d& T) {
+    return refusal([&] { project(points.data(), 2, camera, T, pixels.data(), marks.data()); });
+  };
+  const auto paper = [&](const std::array<double, 6>& points, const Eigen::Matrix3d& K) {
+    return refusal([&] { project_paper(points.data(), 2, K, 640, 480, pixels.data()); });
+  };
+  const std::array<double, 6> good{1, 2, 3, 4, 5, 6}, bad{1, 2, 3, 4, NAN, 6};
+  Eigen::Matrix4d unknown = camera_at_laser(), shrunk = camera_at_laser();
+  unknown(1, 3) = INFINITY;
+  shrunk(3, 3) = 0.5;
+  CHECK(message(good, camera_at_laser()) == "");
+  CHECK(message(bad, camera_at_laser()) == "points: expected finite coordinates, got (4, nan, 6) in row 1");
+  CHECK(message(good, unknown) == "T_camera_laser: expected finite numbers");
+  CHECK(message(good, shrunk) == "T_camera_laser: expected [0, 0, 0, 1] as last row, got [0, 0, 0, 0.5]");
+  CHECK(paper(good, centred_intrinsics()) == "");
+  CHECK(paper(bad, centred_intrinsics()) == "points: expected finite coordinates, got (4, nan, 6) in row 1");
+  CHECK(paper(good, -centred_intrinsics()).find("K: expected focal lengths above 0, got -500") == 0);
 }

@@ -1,25 +1,34 @@
-"""The C++ core. Every function releases the GIL; arrays of another type are converted, images never are."""
+"""The C++ core. Every function but the constructor releases the GIL.
 
-from typing import Any, Final, Optional, Sequence, Tuple, Union, overload
+Numbers may come in arrays of any real type; boxes in arrays of any integer type, since they are never rounded; an
+image is never converted. Anything else raises ValueError, one line that names the argument.
+"""
+
+from typing import Any, Final, Literal, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
-_Floats = Union[npt.NDArray[np.floating[Any]], Sequence[Sequence[float]]]
-_Vector = Union[npt.NDArray[np.floating[Any]], Sequence[float]]
-_Boxes = Union[npt.NDArray[np.int32], Sequence[Sequence[int]]]
+_Numbers = Union[npt.NDArray[np.floating[Any]], npt.NDArray[np.integer[Any]]]
+_Floats = Union[_Numbers, Sequence[Sequence[float]]]
+_Vector = Union[_Numbers, Sequence[float]]
+_Boxes = Union[npt.NDArray[np.integer[Any]], Sequence[Sequence[int]]]
+_Fit = Literal["squash", "letterbox", "square-context", "shorter-side+centre"]
+_Filter = Literal["antialias", "linear"]
 
 VISIBLE: Final[int]
 """Mark of a point in front of the camera; its pixel may still lie outside the image."""
 BEHIND: Final[int]
 """Mark of a point on or behind the camera's plane."""
 BEYOND: Final[int]
-"""Mark of a point so far off axis that the distortion folds back."""
+"""Mark of a point so far off axis that the distortion folds back, or overflows."""
 
 def dbscan(points: _Floats, eps: float, min_points: int) -> npt.NDArray[np.int32]:
-    """DBSCAN of points [n, 2], in any unit; the labels int32[n] are scikit-learn's, noise is -1.
+    """DBSCAN of points [n, 2], in any unit; the labels int32[n] are those of scikit-learn's trees, noise is -1.
 
-    A point is a core point when at least `min_points` points, itself included, lie within `eps`.
+    A point is a core point when at least `min_points` points, itself included, lie within `eps`: squared distances
+    are compared, in doubles (scikit-learn's brute force may decide otherwise on a distance that rounding makes eps).
+    Memory is linear in n; time is at most proportional to n * min_points, and linear unless points are crowded.
     Source: Ester et al., "A density-based algorithm for discovering clusters", KDD 1996.
 
     Raises ValueError for a coordinate that is not finite, eps <= 0 or min_points < 1.
@@ -28,11 +37,14 @@ def dbscan(points: _Floats, eps: float, min_points: int) -> npt.NDArray[np.int32
 class Camera:
     """OpenCV's camera: pinhole with radial, tangential, thin prism and tilt distortion."""
 
-    def __init__(self, K: _Floats, distortion: Sequence[float] = ...) -> None:
-        """K [3, 3] in pixels; 0, 4, 5, 8, 12 or 14 coefficients in OpenCV's order. Raises ValueError."""
+    def __init__(self, K: _Floats, distortion: Union[_Vector, _Floats] = ...) -> None:
+        """K [3, 3] in pixels; 0, 4, 5, 8, 12 or 14 coefficients in OpenCV's order, [n], [1, n] or [n, 1].
+
+        Raises ValueError for anything else, or a number that is not finite.
+        """
     @property
     def max_radius(self) -> float:
-        """Tangent of the angle off axis up to which the distorted radius grows; may be inf."""
+        """Tangent of the angle off axis up to which the radial coefficients let the radius grow; may be inf."""
 
 @overload
 def project(
@@ -41,18 +53,22 @@ def project(
     """Pixels [n, 2] and marks [n] of points [n, 3] of the laser's frame [m]: eq. (1), p ~ K R [I | -t] P.
 
     T_camera_laser [4, 4] maps laser coordinates into camera coordinates (z forward, x right, y down).
-    A point that is not VISIBLE has the pixel (NaN, NaN).
+    A point that is not VISIBLE has the pixel (NaN, NaN). BEYOND is beyond the camera's `max_radius`, or where all
+    coefficients together turn the picture over.
+
+    Raises ValueError for a point that is not finite, naming its row, or a last row of T_camera_laser other than
+    [0, 0, 0, 1].
     """
 
 @overload
 def project(
-    points: _Floats, K: _Floats, distortion: Sequence[float], T_camera_laser: _Floats
+    points: _Floats, K: _Floats, distortion: Union[_Vector, _Floats], T_camera_laser: _Floats
 ) -> Tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8]]: ...
 def project_paper(points: _Floats, K: _Floats, width: int, height: int) -> npt.NDArray[np.float64]:
     """Pixels [n, 2] by the paper's eqs. (2) and (3), from points [n, 3] in robot axes about the camera [m].
 
     Mirrors the principal point: equals `project` only for cx = width / 2 and cy = height / 2, without distortion.
-    NaN where X <= 0.
+    NaN where X <= 0. Raises ValueError for a point that is not finite, naming its row, or a K that is no camera's.
     """
 
 def candidate_boxes(
@@ -64,7 +80,7 @@ def candidate_boxes(
     to_ground: _Vector,
     width: int,
     height: int,
-    heights: Sequence[float],
+    heights: _Vector,
     heights_are_metric: bool = ...,
     width_step: float = ...,
     on_ground: bool = ...,
@@ -76,23 +92,27 @@ def candidate_boxes(
     that); its bottom edge is on the ground under the nearest beam (`to_ground`: from a laser point straight down,
     laser frame [m]) or on the scan line; its height is heights[i] metres, or heights[i] times its width in pixels.
     Clipped to the image; dropped where less than `min_visible` of its area would remain.
+
+    No cluster raises, wherever it is. Raises ValueError for a range or an angle that is not finite, naming its index,
+    no heights or one that is not above 0, step_rad <= 0, width_step < 0, min_visible outside (0, 1], a to_ground
+    without length, width or height below 1, or a T_camera_laser as `project` does.
     """
 
 def nearest_range(ranges_m: _Vector, sigma_m: float) -> Tuple[float, float, int]:
     """Range [m] of the nearest surface behind the ranges of neighbouring beams, its sigma [m], the nearest beam.
 
     The paper's min(r), corrected for the bias of a minimum over beams of noise `sigma_m` and for what lies between
-    the beams. Raises ValueError for no ranges or sigma_m <= 0.
+    the beams. Raises ValueError for no ranges, one that is not finite, naming its index, or sigma_m <= 0.
     """
 
 def crops(
     image: npt.NDArray[np.uint8],
     boxes: _Boxes,
     size: int,
-    mean: Sequence[float],
-    std: Sequence[float],
-    fit: str = ...,
-    filter: str = ...,
+    mean: _Vector,
+    std: _Vector,
+    fit: _Fit = ...,
+    filter: _Filter = ...,
     crop_fraction: float = ...,
     out: Optional[npt.NDArray[np.float32]] = ...,
 ) -> npt.NDArray[np.float32]:
@@ -103,5 +123,6 @@ def crops(
     filter: "antialias" (Pillow's BILINEAR, what torchvision does) or "linear" (OpenCV's INTER_LINEAR).
     out: a buffer to write into, returned.
 
-    Raises ValueError for an empty box, one outside the image, an image that is not uint8 BGR, a wrong `out`.
+    Raises ValueError for an empty box, one outside the image, boxes that are no integers, an image that is not uint8
+    BGR or above 2^28 pixels a side, a wrong `out`.
     """
