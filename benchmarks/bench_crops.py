@@ -11,6 +11,7 @@ from benchmarks.timing import Row, interleaved
 from PIL import Image
 
 from edgefusion._core import crops
+from edgefusion.perception.preprocessing import Filter
 
 Pixels = npt.NDArray[Any]
 Floats = npt.NDArray[Any]
@@ -80,7 +81,7 @@ def opencv_recipes(image: Pixels, boxes: Boxes) -> Dict[str, Callable[[], object
     return recipes
 
 
-def product(image: Pixels, boxes: Boxes, filter: str) -> Callable[[], Floats]:
+def product(image: Pixels, boxes: Boxes, filter: Filter) -> Callable[[], Floats]:
     out = np.zeros((len(boxes), 3, SIZE, SIZE), np.float32)
     array = np.array(boxes, np.int32)
     mean, std = [float(v) for v in MEAN], [float(v) for v in STD]
