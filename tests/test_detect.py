@@ -75,6 +75,20 @@ def test_objects_one_is_the_paper(drive: Path, model, tmp_path: Path) -> None:
     assert [line["frame"] for line in lines_of(tmp_path / "out")] == list(range(FRAMES))
 
 
+def test_one_asks_for_a_label_or_a_group_and_gets_only_that(drive: Path, model, tmp_path: Path) -> None:
+    groups = tmp_path / "groups.toml"
+    groups.write_text('version = 1\n[groups]\nfurniture = ["cabinet", "sofa"]\n', encoding="utf-8")
+    out = tmp_path / "out"
+    edgefusion("detect", drive, *model, "--out", out, "--groups", groups, "--find", "furniture", "--find", "post")
+    assert {(line["label"], line["group"]) for line in lines_of(out)} == {("cabinet", "furniture"), ("post", "")}
+
+
+def test_a_name_that_the_model_cannot_answer_is_refused_with_the_nearest(drive: Path, model, tmp_path: Path) -> None:
+    done = edgefusion("detect", drive, *model, "--out", tmp_path / "out", "--find", "crates")
+    assert done.returncode == 2
+    assert "'crates': no label or group of the model; did you mean crate?" in done.stderr
+
+
 def test_pictures_come_on_request_and_are_of_the_images_size(drive: Path, model, tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert edgefusion("detect", drive, *model, "--out", out).returncode == 0

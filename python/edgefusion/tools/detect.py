@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 EXAMPLES = """examples:
   edgefusion detect drive --model models/resnet18
   edgefusion detect drive --model models/resnet18 --objects 1 --images --out out/drive
+  edgefusion detect drive --model models/resnet18 --find car --find 'traffic light'
   edgefusion detect drive --model net.onnx --labels labels.txt --calibration calibration.toml --json
 
 RECORDING is a folder with images/000000.jpg ..., scans.npz and calibration.toml or .json.
@@ -38,6 +39,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--calibration", type=Path, help="instead of the recording's own")
     parser.add_argument("--config", type=Path, help="TOML file with [perception] and [sync] settings")
     parser.add_argument("--objects", type=_count, metavar="N", help="the N nearest objects (the paper: 1)")
+    find_help = "keep only objects of this label or group, such as car or lamp (again for more)"
+    parser.add_argument("--find", action="append", default=[], metavar="NAME", help=find_help)
+    parser.add_argument("--groups", type=Path, help="TOML file of label groups instead of edgefusion's own")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: out/RECORDING)")
     parser.add_argument("--overwrite", action="store_true", help="replace the results in DIR")
     parser.add_argument("--images", action="store_true", help="write annotated images and pictures of the scans")
@@ -59,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.clock import system_clock
     from edgefusion.perception.calibration import load_calibration
     from edgefusion.perception.detector import Detector
+    from edgefusion.perception.groups import LabelGroups
     from edgefusion.recording.folder import FolderRecording
     from edgefusion.tools.results import ResultsFolder, results_path
     from edgefusion.tools.run_recording import detect_all
@@ -67,10 +72,12 @@ def run(args: argparse.Namespace) -> int:
     recording = FolderRecording(args.recording)
     calibration = load_calibration(args.calibration or recording.calibration_path)
     classifier = _open_classifier(args)
-    detector = Detector(classifier, calibration, config.perception, clock=system_clock)
+    groups = LabelGroups.load(args.groups)
+    wanted = {label for name in args.find for label in groups.labels_of(name, classifier.labels)}
+    detector = Detector(classifier, calibration, config.perception, groups, system_clock)
     out = results_path(args.out, args.recording.resolve().name, args.overwrite)
     with ResultsFolder(out, args.overwrite) as results:
-        tally = detect_all(recording, detector, calibration, config, results, args.images)
+        tally = detect_all(recording, detector, calibration, config, results, args.images, wanted)
         summary = {"provider": classifier.provider, **tally.summary(out)}
         results.write_summary(summary)
     print(msgspec.json.encode(summary).decode() if args.json else _as_text(summary))

@@ -9,7 +9,7 @@ import resource
 import sys
 from collections import Counter
 from pathlib import Path
-from typing import Any, Iterator
+from typing import AbstractSet, Any, Iterator
 
 import numpy as np
 from tqdm import tqdm
@@ -33,8 +33,9 @@ def detect_all(
     config: Config,
     results: ResultsFolder,
     images: bool,
+    wanted: AbstractSet[str] = frozenset(),
 ) -> Tally:
-    """Every frame of a recording through the detector, into the results as it goes.
+    """Every frame of a recording through the detector, into the results as it goes; only `wanted` labels, if any.
 
     Raises RefusedError where no scan and frame were captured together.
     """
@@ -43,7 +44,7 @@ def detect_all(
     for pair in tqdm(pairs, total=len(recording), unit="frame", disable=None, file=sys.stderr):
         index = recording.frame_index(pair.frame.stamp_ns + calibration.camera_latency_ns)
         _check_size(recording, index, pair.frame, calibration)
-        detections = detector.detect(pair.scan, pair.frame)
+        detections = [d for d in detector.detect(pair.scan, pair.frame) if not wanted or d.label in wanted]
         results.write_detections(index, detections)
         tally.add(detections, detector.times)
         if images:
