@@ -2,13 +2,14 @@
 # Copyright the edgefusion authors
 """What the tests share: the real data beside the project, where a machine has it."""
 
+import os
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
-# No test depends on how fast the machine is.
-settings.register_profile("edgefusion", deadline=None)
+# No test depends on how fast the machine is; CI tries the same examples every time, people new ones.
+settings.register_profile("edgefusion", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("edgefusion")
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"

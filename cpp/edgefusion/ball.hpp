@@ -8,7 +8,7 @@
 namespace edgefusion {
 
 /// The closed ball of a radius: dx * dx + dy * dy <= radius * radius, each operation rounded to a double.
-/// That is the test of scikit-learn's trees, not of its brute force, which expands the square.
+/// That is the test of scikit-learn's k-d tree, not of its brute force, which expands the square.
 ///
 /// Differences are scaled by a power of two that brings the radius near 1. That rounds nothing, and the
 /// squares stay right where radius * radius itself would overflow (1e300) or vanish (1e-300).

@@ -14,9 +14,9 @@ constexpr std::int32_t kNoise = -1;
 ///
 /// A point is a core point when at least `min_points` points, itself included, lie within `eps` (closed
 /// ball). Clusters are numbered by their lowest core index, a border point joins the lowest of the clusters
-/// that reach it: the labels are those of scikit-learn's trees (algorithm "kd_tree" or "ball_tree", what its
-/// "auto" takes for points of the plane), which test dx * dx + dy * dy <= eps * eps in doubles. Its "brute"
-/// sums other terms; where a distance equals eps but for rounding, it may answer differently.
+/// that reach it: the labels are those of scikit-learn's algorithm "kd_tree" (what its "auto" takes for twelve
+/// points of the plane or more), which tests dx * dx + dy * dy <= eps * eps in doubles. Its "brute" and
+/// "ball_tree" round other terms; where a distance equals eps but for rounding, they may answer differently.
 ///
 /// Memory is linear in n, whatever eps and min_points are. Time is linear too, but for points so crowded that
 /// their neighbours have to be counted one by one: then it is at most proportional to n * min_points.

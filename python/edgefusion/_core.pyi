@@ -24,10 +24,10 @@ BEYOND: Final[int]
 """Mark of a point so far off axis that the distortion folds back, or overflows."""
 
 def dbscan(points: _Floats, eps: float, min_points: int) -> npt.NDArray[np.int32]:
-    """DBSCAN of points [n, 2], in any unit; the labels int32[n] are those of scikit-learn's trees, noise is -1.
+    """DBSCAN of points [n, 2], in any unit; the labels int32[n] are those of scikit-learn's k-d tree, noise is -1.
 
     A point is a core point when at least `min_points` points, itself included, lie within `eps`: squared distances
-    are compared, in doubles (scikit-learn's brute force may decide otherwise on a distance that rounding makes eps).
+    are compared, in doubles (its other algorithms may decide otherwise on a distance that rounding makes eps).
     Memory is linear in n; time is at most proportional to n * min_points, and linear unless points are crowded.
     Source: Ester et al., "A density-based algorithm for discovering clusters", KDD 1996.
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
@@ -54,8 +55,8 @@ def batch_of(candidates: list[Candidate]) -> Boxes:
 
 def split(rows: Probabilities, candidates: list[Candidate]) -> list[Probabilities]:
     """The rows of a batch that belong to each candidate."""
-    ends = np.cumsum([len(candidate.boxes) for candidate in candidates])
-    return np.split(rows, ends)[:-1] if candidates else []
+    ends = list(accumulate(len(candidate.boxes) for candidate in candidates))
+    return [rows[begin:end] for begin, end in zip([0, *ends], ends)]  # np.split takes ten times as long
 
 
 def _boxes(

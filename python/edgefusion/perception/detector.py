@@ -74,7 +74,7 @@ class Detector:
                 box = choose_box(self._config.height_rule, ballot, candidate.boxes, rows)
                 detections.append(self._detection(scan, frame, motion, T_moved, candidate, ballot, box))
         ticks.append(self._clock())
-        self.times = StageTimes(*np.diff(ticks).tolist())
+        self.times = StageTimes(*(after - before for before, after in zip(ticks, ticks[1:])))
         return sorted(detections, key=lambda detection: detection.distance_m)
 
     def _detection(
