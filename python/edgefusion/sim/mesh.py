@@ -106,7 +106,10 @@ def lathe(profile: npt.ArrayLike, texture: Texture, segments: int = 32) -> Part:
     turns = np.linspace(0, 2 * np.pi, segments + 1)
     along = np.diff(points, axis=0)
     length = np.concatenate([[0], np.cumsum(np.hypot(*along.T))])
-    vertices, normals, uv, triangles = [], [], [], []
+    vertices: list[npt.NDArray[np.float64]] = []
+    normals: list[npt.NDArray[np.float64]] = []
+    uv: list[npt.NDArray[np.float64]] = []
+    triangles: list[npt.NDArray[np.int_]] = []
     for i, (dr, dz) in enumerate(along):  # every ring of faces has its own vertices: edges between rings are sharp
         slope = np.hypot(dr, dz)
         if slope == 0:
@@ -127,7 +130,13 @@ def lathe(profile: npt.ArrayLike, texture: Texture, segments: int = 32) -> Part:
         triangles += [np.stack([a, a + 1, b + 1], axis=1), np.stack([a, b + 1, b], axis=1)]
     if not vertices:
         raise ValueError("profile: expected at least two points that differ")
-    return Part(*map(np.concatenate, (vertices, normals, uv, triangles)), texture)  # type: ignore[arg-type]
+    return Part(
+        np.concatenate(vertices).astype(np.float32),
+        np.concatenate(normals).astype(np.float32),
+        np.concatenate(uv).astype(np.float32),
+        np.concatenate(triangles).astype(np.int32),
+        texture,
+    )
 
 
 def drum(
@@ -156,7 +165,8 @@ def prism(outline: npt.ArrayLike, z0: float, z1: float, side: Texture, top: Text
         vertices = np.column_stack([points, np.full(n, z)])
         normals = np.tile((0.0, 0.0, up), (n, 1))
         lid = side if top is None else top
-        walls.append(Part(vertices, normals, uv, fan if up > 0 else fan[:, ::-1], lid))  # type: ignore[arg-type]
+        faces = np.asarray(fan if up > 0 else fan[:, ::-1], np.int32)
+        walls.append(Part(vertices.astype(np.float32), normals.astype(np.float32), uv.astype(np.float32), faces, lid))
     return walls
 
 
