@@ -1,3 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""What may stand in a world: one module per family of objects."""
+"""What may stand in a world: one module per family of objects, all of them in CATALOGUE by name."""
+
+from __future__ import annotations
+
+from edgefusion.sim.kinds import lab
+from edgefusion.sim.kinds.kind import Kind
+
+_FAMILIES = (lab.KINDS,)
+
+CATALOGUE: dict[str, Kind] = {kind.name: kind for family in _FAMILIES for kind in family}
+"""Every kind by its name."""
