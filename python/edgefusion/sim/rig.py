@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Where the simulated robot's sensors are and what its camera is; the fields are those of a calibration file."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from edgefusion.types import Pose2D, read_only
+
+Matrix = npt.NDArray[np.float64]
+
+# Laser axes (x forward, y left, z up) into camera axes (z forward, x right, y down).
+_TO_OPTICAL = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+
+
+def rigid(R: npt.ArrayLike, t: npt.ArrayLike) -> Matrix:
+    """The transform [4, 4] of a rotation [3, 3] and a translation [3]."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, t
+    return read_only(T)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The sensors on the base. By default a laser on the deck of a Pioneer 3-DX and a camera 0.25 m above it.
+
+    image_size: (width, height) [px]. K [3, 3], distortion: OpenCV's. T_camera_laser, T_base_laser [4, 4] map laser
+    coordinates into those of the camera and of base_link, whose origin is on the ground.
+    """
+
+    image_size: tuple[int, int] = (640, 480)
+    K: Matrix = field(
+        default_factory=lambda: read_only(np.array([[460.0, 0.0, 324.1], [0.0, 460.0, 235.2], [0.0, 0.0, 1.0]]))
+    )
+    distortion: tuple[float, ...] = (-0.06, 0.01, 0.0, 0.0, 0.0)
+    T_camera_laser: Matrix = field(default_factory=lambda: rigid(_TO_OPTICAL, (0.0, 0.25, -0.03)))
+    T_base_laser: Matrix = field(default_factory=lambda: rigid(np.eye(3), (0.10, 0.0, 0.35)))
+
+    @property
+    def laser_height_m(self) -> float:
+        """Of the scan plane above the ground."""
+        return float(self.T_base_laser[2, 3])
+
+    def T_world_camera(self, base: Pose2D) -> Matrix:
+        """Maps camera coordinates into the world's, for a base that stands there."""
+        T: Matrix = base.matrix() @ self.T_base_laser @ np.linalg.inv(self.T_camera_laser)
+        return T
+
+    def laser_pose(self, base: Pose2D) -> Pose2D:
+        """The laser's pose in the world, for a base that stands there."""
+        T = base.matrix() @ self.T_base_laser
+        return Pose2D(float(T[0, 3]), float(T[1, 3]), math.atan2(T[1, 0], T[0, 0]))
