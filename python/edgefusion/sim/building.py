@@ -138,7 +138,7 @@ def wall_parts(wall: Wall, tile: Texture) -> list[Part]:
     return parts
 
 
-def _upright(a: np.ndarray, b: np.ndarray, top_m: float, tile: Texture) -> Part:  # type: ignore[type-arg]
+def _upright(a: np.ndarray, b: np.ndarray, top_m: float, tile: Texture) -> Part:
     """A face from the ground upwards, its tile repeated; seen from the right of the way from a to b."""
     length = float(np.linalg.norm(b - a))
     vertices = np.array([(*a, top_m), (*b, top_m), (*b, 0), (*a, 0)], np.float32)

@@ -43,8 +43,7 @@ def cut(parts: Iterable[Part], height_m: float) -> Floats:
 def _at_height(a: Floats, b: Floats, height_m: float) -> Floats:
     """Where edges [n, 3] from a to b pass the height: [n, 2]."""
     share = (height_m - a[:, 2]) / (b[:, 2] - a[:, 2])
-    points: Floats = a[:, :2] + share[:, None] * (b[:, :2] - a[:, :2])
-    return points
+    return np.asarray(a[:, :2] + share[:, None] * (b[:, :2] - a[:, :2]))
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class FloorPlan:
 
     def of(self, owner: int) -> Floats:
         """The segments of one owner."""
-        return self.segments[self.owners == owner]
+        return np.asarray(self.segments[self.owners == owner])
 
     def nearest_m(self, owner: int, point: npt.ArrayLike) -> float:
         """From a point (x, y) to the nearest of the owner's surface; inf where the plane misses it."""
@@ -83,4 +82,4 @@ def _point_to_segments(points: Floats, segments: Floats) -> Floats:
     away = points[:, None] - start
     share = np.clip((away * edge).sum(axis=2) / np.maximum((edge * edge).sum(axis=1), 1e-12), 0, 1)
     apart = away - share[..., None] * edge
-    return np.hypot(apart[..., 0], apart[..., 1])
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]))

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Tuple
 
 import cv2
 import numpy as np
@@ -12,6 +13,9 @@ import numpy.typing as npt
 
 from edgefusion._core import Camera, project
 from edgefusion.sim.rig import Matrix, Rig
+
+Image = npt.NDArray[Any]
+Maps = Tuple[Image, ...]
 
 SUPERSAMPLING = 2
 """Rendered pixels per pixel of the image, each way: the rasterizer snaps to whole pixels and draws hard edges."""
@@ -22,20 +26,28 @@ _GRID_PX, _ITERATIONS = 16, 60
 @dataclass(frozen=True)
 class Lens:
     """size: (width, height) of the rendered pinhole picture; focal, cx, cy: its intrinsics, pixel centres at whole
-    numbers as in OpenCV. source: float32[h, w, 2], where each pixel of the image (supersampled) lies in the rendered
-    one; None where the camera is a pinhole and the two are the same."""
+    numbers as in OpenCV. smooth, nearest: where each pixel of the image (supersampled) lies in the rendered one, as
+    OpenCV's remap takes it; empty where the camera is a pinhole and the two are the same."""
 
     size: tuple[int, int]
     focal: tuple[float, float]
     centre: tuple[float, float]
-    source: npt.NDArray[np.float32] | None
+    smooth: Maps = ()
+    nearest: Maps = ()
 
-    def distorted(self, rendered: npt.NDArray[np.uint8], smooth: bool) -> npt.NDArray[np.uint8]:
-        """The supersampled image of a rendered picture; smooth: between pixels, else the nearest."""
-        if self.source is None:
-            return rendered
-        way = cv2.INTER_LINEAR if smooth else cv2.INTER_NEAREST
-        return np.asarray(cv2.remap(rendered, self.source, None, way, borderMode=cv2.BORDER_REPLICATE), np.uint8)
+    def picture(self, rendered: Image) -> Image:
+        """The supersampled image of a rendered picture."""
+        return _mapped(rendered, self.smooth, cv2.INTER_LINEAR)
+
+    def mask(self, rendered: Image) -> Image:
+        """The same for numbers, between which there is nothing."""
+        return _mapped(rendered, self.nearest, cv2.INTER_NEAREST)
+
+
+def _mapped(rendered: Image, maps: Maps, interpolation: int) -> Image:
+    if not maps:
+        return rendered
+    return np.asarray(cv2.remap(rendered, maps[0], maps[1], interpolation, borderMode=cv2.BORDER_REPLICATE))
 
 
 def lens_of(rig: Rig) -> Lens:
@@ -47,13 +59,20 @@ def lens_of(rig: Rig) -> Lens:
     K[:2, 2] = SUPERSAMPLING * (K[:2, 2] + 0.5) - 0.5
     focal, centre = (float(K[0, 0]), float(K[1, 1])), (float(K[0, 2]), float(K[1, 2]))
     if not np.any(rig.distortion):
-        return Lens((width, height), focal, centre, None)
+        return Lens((width, height), focal, centre)
     source = _undistorted(width, height, K, rig.distortion)
     low = np.floor(source.reshape(-1, 2).min(axis=0)) - 1
     high = np.ceil(source.reshape(-1, 2).max(axis=0)) + 1
     size = (int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)
-    shifted = np.asarray(source - low, np.float32)
-    return Lens(size, focal, (centre[0] - float(low[0]), centre[1] - float(low[1])), shifted)
+    shifted_centre = (centre[0] - float(low[0]), centre[1] - float(low[1]))
+    return Lens(size, focal, shifted_centre, _maps(source - low, False), _maps(source - low, True))
+
+
+def _maps(source: Matrix, nearest: bool) -> Maps:
+    """OpenCV's fixed point, which takes half the time of floats."""
+    x, y = (np.ascontiguousarray(source[..., i], np.float32) for i in (0, 1))
+    whole, rest = cv2.convertMaps(x, y, cv2.CV_16SC2, nninterpolation=nearest)
+    return np.asarray(whole), np.empty(0, np.uint16) if nearest else np.asarray(rest)
 
 
 def _undistorted(width: int, height: int, K: Matrix, distortion: tuple[float, ...]) -> Matrix:

@@ -14,7 +14,7 @@ Color = Tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Light:
-    """ambient, lamp: (r, g, b) factors. heading, pitch: where the lamp shines to, in the world [rad], pitch < 0 down."""
+    """ambient, lamp: (r, g, b) factors. heading, pitch: where the lamp shines in the world [rad], pitch < 0 down."""
 
     ambient: Color = (0.55, 0.55, 0.55)
     lamp: Color = (0.5, 0.5, 0.48)
@@ -30,6 +30,6 @@ def random_light(rng: np.random.Generator) -> Light:
     return Light(_color(ambient), _color(lamp), float(rng.uniform(-np.pi, np.pi)), float(rng.uniform(-1.3, -0.5)))
 
 
-def _color(factors: np.ndarray) -> Color:  # type: ignore[type-arg]
+def _color(factors: np.ndarray) -> Color:
     r, g, b = factors.tolist()
     return r, g, b

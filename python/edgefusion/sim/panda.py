@@ -61,12 +61,12 @@ def part_node(part: Part) -> Node:
     data.unclean_set_num_rows(len(part.vertices))
     uv = part.uv * (1, -1) + (0, 1)  # Panda3D's v runs upwards
     rows = np.ascontiguousarray(np.hstack([part.vertices, part.normals, uv]), np.float32)
-    memoryview(data.modify_array(0)).cast("B").cast("f")[:] = rows.ravel()  # type: ignore[assignment]
+    memoryview(data.modify_array(0)).cast("B")[:] = rows.tobytes()
     triangles = core.GeomTriangles(core.Geom.UH_static)
     triangles.set_index_type(core.Geom.NT_uint32)
     indices = triangles.modify_vertices()
     indices.unclean_set_num_rows(part.triangles.size)
-    memoryview(indices).cast("B").cast("I")[:] = part.triangles.astype(np.uint32).ravel()  # type: ignore[assignment]
+    memoryview(indices).cast("B")[:] = part.triangles.astype(np.uint32).tobytes()
     geom = core.Geom(data)
     geom.add_primitive(triangles)
     node = core.GeomNode("part")

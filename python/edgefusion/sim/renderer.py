@@ -91,7 +91,7 @@ class Renderer:
         T = self._rig.T_world_camera(base)
         self._lit.light(light)
         rendered = self._lit.draw(T, self._backdrop(T))
-        sharp = self._lens.distorted(rendered, smooth=True)
+        sharp = self._lens.picture(rendered)
         return np.asarray(cv2.resize(sharp, self._rig.image_size, interpolation=cv2.INTER_AREA), np.uint8)
 
     def mask(self, base: Pose2D) -> Mask:
@@ -112,7 +112,7 @@ class Renderer:
 
     def _numbers(self, base: Pose2D) -> Mask:
         rendered = self._flat.draw(self._rig.T_world_camera(base), None)
-        numbers = self._lens.distorted(np.ascontiguousarray(rendered[:, :, 2]), smooth=False)
+        numbers = self._lens.mask(np.ascontiguousarray(rendered[:, :, 2]))
         return numbers.astype(np.int32) - 1
 
     def _backdrop(self, T_world_camera: Matrix) -> Image | None:
