@@ -28,7 +28,7 @@ import onnxruntime
 from benchmarks.plain import HEIGHTS, SIZE, Found, Pixels, PlainPipeline, Resize, by_pillow, network, read_geometry
 from benchmarks.run import markdown, write_results
 
-from edgefusion.config import PerceptionConfig
+from edgefusion.config import USUAL_HEIGHTS, PerceptionConfig
 from edgefusion.perception.calibration import load_calibration
 from edgefusion.perception.classifier import Classifier, open_classifier
 from edgefusion.perception.detector import Detector
@@ -127,7 +127,7 @@ def read_truths(count: int) -> list[Truth]:
 
 def settings(defaults: Setting) -> list[Setting]:
     """The defaults, then all others."""
-    others = [Setting(*each) for each in product_of((DEFAULTS.heights, HEIGHTS), RULES, FITS)]
+    others = [Setting(*each) for each in product_of((USUAL_HEIGHTS, HEIGHTS), RULES, FITS)]
     return [defaults, *(each for each in others if each != defaults)]
 
 
@@ -191,7 +191,7 @@ def scores(frames: int) -> Iterator[Score]:
     """Every candidate, the defaults first, the plain pipeline last."""
     truths, recording = read_truths(frames), FolderRecording(DRIVE)
     classifier = open_classifier(MODEL, labels=LABELS)
-    defaults = Setting(DEFAULTS.heights, DEFAULTS.height_rule, classifier.preprocessing.fit)
+    defaults = Setting(USUAL_HEIGHTS, DEFAULTS.height_rule, classifier.preprocessing.fit)
     for setting in settings(defaults):
         classifier.preprocessing = msgspec.structs.replace(classifier.preprocessing, fit=setting.fit)
         name = f"edgefusion, {setting}{' (the defaults)' if setting == defaults else ''}"

@@ -5,10 +5,8 @@
 from __future__ import annotations
 
 import argparse
-import inspect
 import sys
 import tempfile
-import warnings
 from pathlib import Path
 from typing import Any, Sequence, get_args
 
@@ -18,12 +16,10 @@ from edgefusion.errors import RefusedError
 from edgefusion.perception.golden import golden_picture
 from edgefusion.perception.make_model import make_model_folder
 from edgefusion.perception.model_folder import read_labels
-from edgefusion.perception.network import Network, RuntimeOptions, one_line
+from edgefusion.perception.network import one_line
 from edgefusion.perception.preprocessing import IMAGENET_MEAN, IMAGENET_STD, Filter, Fit, Preprocessing, whole
+from to_onnx import TOLERANCE, compare, describe, export_onnx  # type: ignore[import-not-found] # beside this file
 
-# ONNX Runtime 1.11, the last one for a Jetson TX2, reads opsets up to 16 and IR versions up to 8.
-OPSET, NEWEST_IR = 13, 8
-TOLERANCE = 1e-4
 EXAMPLES = """\
 examples:
   python models/export.py --out models/resnet18
@@ -60,9 +56,9 @@ def export(args: argparse.Namespace) -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         onnx_file = Path(folder) / f"{args.arch}.onnx"
-        _export_onnx(torch, model, onnx_file, args.size, args.fixed_size)
-        print(_describe(onnx_file))
-        difference = _compare(torch, model, onnx_file, args.size, args.fixed_size)
+        export_onnx(torch, model, onnx_file, args.size, args.fixed_size)
+        print(describe(onnx_file))
+        difference = compare(torch, model, onnx_file, args.size, args.fixed_size)
         print(f"agrees with torch: largest difference of an output {difference:.2g}, permitted {TOLERANCE:g}")
         made = make_model_folder(
             onnx_file,
@@ -207,66 +203,6 @@ def _enliven(torch: Any, model: Any, preprocessing: Preprocessing) -> None:
         if last.bias is not None:
             last.bias -= outputs.mean(0)
             last.bias *= scale
-
-
-def _export_onnx(torch: Any, model: Any, path: Path, size: int, fixed_size: bool) -> None:
-    axes = {0: "batch"} if fixed_size else {0: "batch", 2: "height", 3: "width"}
-    try:
-        # The newer exporter cannot write an opset that is old enough; torch warns that this one is older.
-        with warnings.catch_warnings(), torch.no_grad():
-            warnings.simplefilter("ignore")
-            torch.onnx.export(
-                model,
-                (torch.zeros(1, 3, size, size),),
-                str(path),
-                opset_version=OPSET,
-                input_names=["input"],
-                output_names=["logits"],
-                dynamic_axes={"input": axes, "logits": {0: "batch"}},
-                **_old_exporter(torch),
-            )
-    except Exception as error:
-        came = one_line(error)[:300] + ("" if fixed_size else "; --fixed-size may help")
-        raise RefusedError(f"export: expected a network that can be written, got: {came}") from error
-
-
-def _old_exporter(torch: Any) -> dict[str, bool]:
-    """Older versions of torch know neither the newer exporter nor this switch."""
-    return {"dynamo": False} if "dynamo" in inspect.signature(torch.onnx.export).parameters else {}
-
-
-def _describe(onnx_file: Path) -> str:
-    """Versions and left-over batch norms of an ONNX file. Raises RefusedError for too new ones."""
-    import onnx
-
-    model = onnx.load(str(onnx_file))
-    opset = model.opset_import[0].version
-    if opset > OPSET or model.ir_version > NEWEST_IR:
-        expected = f"expected opset {OPSET} and IR version {NEWEST_IR} at most"
-        raise RefusedError(f"export: {expected}, got {opset} and {model.ir_version}")
-    norms = sum(node.op_type == "BatchNormalization" for node in model.graph.node)
-    folded = f"{norms} batch norms that no convolution precedes" if norms else "all batch norms folded"
-    return f"opset {opset}, IR version {model.ir_version}, {len(model.graph.node)} operators, {folded}"
-
-
-def _compare(torch: Any, model: Any, onnx_file: Path, size: int, fixed_size: bool) -> float:
-    """The largest difference to torch over several shapes, relative to large outputs. Raises RefusedError."""
-    network = Network(onnx_file.read_bytes(), onnx_file.name, RuntimeOptions(provider="cpu"))
-    rng = np.random.default_rng(0)
-    shapes = [(1, size, size), (3, size, size), (8, size, size)]
-    if not fixed_size:
-        shapes += [(2, size + 32, size), (1, size, 2 * size)]
-    largest = 0.0
-    for n, height, width in shapes:
-        batch = rng.standard_normal((n, 3, height, width), np.float32)
-        with torch.no_grad():
-            expected = model(torch.from_numpy(batch)).numpy()
-        difference = float(np.abs(network.run(batch) - expected).max() / max(1.0, np.abs(expected).max()))
-        if not difference <= TOLERANCE:
-            came = f"{difference:.2g} for a batch of {n} at {height} x {width}"
-            raise RefusedError(f"export: expected torch's outputs within {TOLERANCE:g}, got a difference of {came}")
-        largest = max(largest, difference)
-    return largest
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any, Literal, Tuple, Type, TypeVar
+from typing import Any, Literal, Optional, Tuple, Type, TypeVar
 
 import msgspec
 
@@ -27,7 +27,12 @@ UpTo10 = Annotated[float, msgspec.Meta(gt=0, le=10)]
 UpTo100 = Annotated[float, msgspec.Meta(gt=0, le=100)]
 Seconds = Annotated[float, msgspec.Meta(gt=0, le=60)]
 Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
+Heights = Annotated[Tuple[UpTo100, ...], msgspec.Meta(min_length=1, max_length=16)]
 T = TypeVar("T")
+
+USUAL_HEIGHTS = (0.4, 1.0, 2.5)
+"""In widths. They span the middle 90 % of 58 objects in photographs and named more of them than 0.6, 1.0, 1.6
+(BENCHMARKS.md)."""
 
 
 def _check_fields(settings: msgspec.Struct) -> None:
@@ -51,9 +56,9 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     # The nearest clusters that project into the image; the paper takes 1.
     objects: Annotated[int, msgspec.Meta(ge=1, le=100)] = 8
 
-    # Candidate boxes: heights as pixel height / pixel width, or in metres above the bottom edge. The default three span
-    # the middle 90 % of 58 objects in photographs and named more of them than 0.6, 1.0, 1.6 (BENCHMARKS.md).
-    heights: Annotated[Tuple[UpTo100, ...], msgspec.Meta(min_length=1, max_length=16)] = (0.4, 1.0, 2.5)
+    # Candidate boxes: heights as pixel height / pixel width, or in metres above the bottom edge. None: those that the
+    # model was trained to tell apart, else USUAL_HEIGHTS.
+    heights: Optional[Heights] = None
     heights_in: Literal["widths", "metres"] = "widths"
     # Box k is 1 + k * width_step times as wide as the cluster.
     width_step: Annotated[float, msgspec.Meta(ge=0, le=10)] = 0.0
@@ -72,6 +77,8 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
     def __post_init__(self) -> None:
         _check_fields(self)
+        if self.heights is None and self.heights_in != "widths":
+            raise RefusedError(f"heights_in: expected heights beside {self.heights_in}, got none")
 
 
 class SyncConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

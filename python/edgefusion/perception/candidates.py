@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from edgefusion._core import candidate_boxes
-from edgefusion.config import PerceptionConfig
+from edgefusion.config import USUAL_HEIGHTS, PerceptionConfig
 from edgefusion.perception.calibration import Calibration
 from edgefusion.perception.clusters import find_clusters
 from edgefusion.types import Cluster, Scan
@@ -72,7 +72,7 @@ def _boxes(
         calibration.to_ground,
         width,
         height,
-        config.heights,
+        config.heights or USUAL_HEIGHTS,
         heights_are_metric=config.heights_in == "metres",
         width_step=config.width_step,
         on_ground=config.bottom == "ground",

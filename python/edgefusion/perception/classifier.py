@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from edgefusion.errors import RefusedError
 from edgefusion.perception.golden import Golden, golden_picture
+from edgefusion.perception.model_folder import Boxes as CandidateBoxes
 from edgefusion.perception.model_folder import ModelFolder, kind_of, load_model_folder, read_file, read_labels
 from edgefusion.perception.network import (
     Network,
@@ -30,7 +31,8 @@ log = logging.getLogger(__name__)
 class Classifier:
     """Probabilities of every class for every box. For one thread at a time: the crops share one buffer.
 
-    labels: in the order of the classes; two may be equal. preprocessing: the model's. provider and
+    labels: in the order of the classes; two may be equal. preprocessing: the model's. boxes: those that it was trained
+    to tell apart, None where nothing is known of that. provider and
     provider_note: what the network runs on, and why that is not what was wished for ("" where it is).
     golden_difference: the largest difference to the golden answer, None where there is none.
 
@@ -48,6 +50,7 @@ class Classifier:
         *,
         softmax: Optional[bool] = None,
         golden: Optional[Golden] = None,
+        boxes: Optional[CandidateBoxes] = None,
         input_name: Optional[str] = None,
         output_name: Optional[str] = None,
         options: Optional[RuntimeOptions] = None,
@@ -56,7 +59,7 @@ class Classifier:
 
         preprocessing: None = DEFAULT, at the size that the network is fixed to if it is to one.
         """
-        self.labels = tuple(labels)
+        self.labels, self.boxes = tuple(labels), boxes
         self.golden_difference: Optional[float] = None
         self._model, self._source = model, source
         self._names = (input_name, output_name)
@@ -172,6 +175,7 @@ def _from_folder(folder: ModelFolder, options: Optional[RuntimeOptions]) -> Clas
         manifest.input,
         softmax=manifest.output.softmax,
         golden=folder.golden,
+        boxes=manifest.boxes,
         input_name=manifest.input.name,
         output_name=manifest.output.name,
         options=options,

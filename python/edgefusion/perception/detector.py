@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -20,7 +21,7 @@ from edgefusion.perception.groups import LabelGroups
 from edgefusion.perception.height_rule import choose_box
 from edgefusion.perception.motion import laser_motion, shift_px, transform
 from edgefusion.perception.voting import vote
-from edgefusion.types import STILL, UNKNOWN, Box, Detection, Frame, Pose2D, Scan, Vote
+from edgefusion.types import BACKGROUND, STILL, UNKNOWN, Box, Detection, Frame, Pose2D, Scan, Vote
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Detector:
     ) -> None:
         self._classifier = classifier
         self._calibration = calibration
-        self._config = config or PerceptionConfig()
+        self._config = _with_heights(config or PerceptionConfig(), classifier)
         self._groups = groups or LabelGroups.load()
         self._clock = clock
         self.times = StageTimes(0, 0, 0, 0)
@@ -89,7 +90,8 @@ class Detector:
     ) -> Detection:
         """Step 9: the answer, with the nearest surface where it was at the frame's stamp."""
         winner = ballot.winner
-        named = winner.score >= self._config.min_score and ballot.margin >= self._config.min_margin
+        strong = winner.score >= self._config.min_score and ballot.margin >= self._config.min_margin
+        named = strong and winner.label != BACKGROUND
         surface = nearest_surface(scan, candidate.cluster, self._config)
         moved = transform(T_moved, surface.point())
         T_base_laser = self._calibration.T_base_laser
@@ -120,3 +122,11 @@ class Detector:
         if (width, height) != tuple(self._calibration.image_size):
             expected = "x".join(map(str, self._calibration.image_size))
             raise ValueError(f"image: the calibration expects {expected}, got {width}x{height}")
+
+
+def _with_heights(config: PerceptionConfig, classifier: Classifier) -> PerceptionConfig:
+    """The settings, with the heights that the model was trained to tell apart where none are asked for."""
+    if config.heights is not None or classifier.boxes is None:
+        return config
+    boxes = classifier.boxes
+    return msgspec.structs.replace(config, heights=boxes.heights, heights_in=boxes.heights_in)

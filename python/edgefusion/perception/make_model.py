@@ -33,11 +33,13 @@ from edgefusion.perception.model_folder import (
     MANIFEST,
     MODEL,
     VERSION,
+    Boxes,
     Checksums,
     Input,
     Manifest,
     ModelFolder,
     Output,
+    Training,
     checksum,
     kind_of,
     load_model_folder,
@@ -70,6 +72,8 @@ def make_model_folder(
     softmax: Optional[bool] = None,
     precision: Optional[Precision] = None,
     golden: Optional[Path] = None,
+    boxes: Optional[Boxes] = None,
+    training: Optional[Training] = None,
 ) -> ModelFolder:
     """Makes a model folder that appears whole or not at all, and is read back before it does.
 
@@ -110,6 +114,8 @@ def make_model_folder(
         input=Input(name=network.input_name, **msgspec.structs.asdict(preprocessing)),
         output=Output(name=network.output_name, softmax=softmax),
         golden=answer(picture),
+        boxes=boxes,
+        training=training,
         sha256=Checksums(model=checksum(files[MODEL]), labels=checksum(files[LABELS]), golden=checksum(files[GOLDEN])),
     )
     files[MANIFEST] = sealed(tomli_w.dumps(msgspec.to_builtins(manifest)).encode())

@@ -11,13 +11,14 @@ own seal: the checksum of all that is above. Made by make_model.py; what is here
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Tuple
+from typing import Literal, Optional, Tuple
 
 import cv2
 import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from edgefusion.config import Heights
 from edgefusion.errors import RefusedError
 from edgefusion.perception.golden import TOLERANCES, Golden, GoldenAnswer
 from edgefusion.perception.network import one_line
@@ -42,6 +43,23 @@ class Output(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     softmax: bool
 
 
+class Boxes(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Which candidate boxes the network was trained to tell apart; as in PerceptionConfig, where it says nothing."""
+
+    heights: Heights
+    heights_in: Literal["widths", "metres"]
+
+
+class Training(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How the network came about: the command that repeats it, and the share of crops that it named on worlds or
+    pictures that it was not trained on."""
+
+    command: str
+    seed: int
+    accuracy: float
+    held_out: str
+
+
 class Checksums(
     msgspec.Struct,
     frozen=True,
@@ -56,7 +74,7 @@ class Checksums(
     golden: str
 
 
-class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
     """manifest.toml. Nothing in it has a default: what is not said is not known."""
 
     version: Literal[1]
@@ -67,6 +85,8 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     input: Input
     output: Output
     golden: GoldenAnswer
+    boxes: Optional[Boxes] = None
+    training: Optional[Training] = None
     sha256: Checksums
 
 
