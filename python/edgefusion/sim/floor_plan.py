@@ -57,15 +57,15 @@ class FloorPlan:
         """The segments of one owner."""
         return np.asarray(self.segments[self.owners == owner])
 
-    def nearest_m(self, owner: int, point: npt.ArrayLike) -> float:
+    def nearest_m(self, owner: int, point: tuple[float, float]) -> float:
         """From a point (x, y) to the nearest of the owner's surface; inf where the plane misses it."""
-        return float(_point_to_segments(np.asarray(point, float)[None], self.of(owner)).min(initial=np.inf))
+        return float(distances_m([point], self.of(owner)).min(initial=np.inf))
 
     def clearance_m(self, owner: int) -> float:
         """From an object to whatever else is nearest; inf where there is nothing."""
         own, rest = self.of(owner), self.segments[self.owners != owner]
         # Segments that do not cross are nearest at an end of one of them.
-        ends = [_point_to_segments(a[:, k : k + 2], b) for a, b in ((own, rest), (rest, own)) for k in (0, 2)]
+        ends = [distances_m(a[:, k : k + 2], b) for a, b in ((own, rest), (rest, own)) for k in (0, 2)]
         return float(min(each.min(initial=np.inf) for each in ends))
 
 
@@ -76,10 +76,10 @@ def floor_plan(building: Sequence[Part], bodies: Sequence[Sequence[Part]], heigh
     return FloorPlan(read_only(np.concatenate(cuts)), read_only(owners.astype(np.int32)))
 
 
-def _point_to_segments(points: Floats, segments: Floats) -> Floats:
-    """Distances [n, m] of points [n, 2] to segments [m, 4]."""
+def distances_m(points: npt.ArrayLike, segments: Floats) -> Floats:
+    """From points [n, 2] to segments [m, 4]: [n, m]."""
     start, edge = segments[:, :2], segments[:, 2:] - segments[:, :2]
-    away = points[:, None] - start
+    away = np.asarray(points, float)[:, None] - start
     share = np.clip((away * edge).sum(axis=2) / np.maximum((edge * edge).sum(axis=1), 1e-12), 0, 1)
     apart = away - share[..., None] * edge
     return np.asarray(np.hypot(apart[..., 0], apart[..., 1]))
