@@ -24,6 +24,9 @@ Box = Tuple[int, int, int, int]
 UNKNOWN = "unknown"
 """The label of an object that the classifier cannot name."""
 
+BACKGROUND = "background"
+"""A classifier's class of this label stands for all that is none of its others: it is published as UNKNOWN."""
+
 
 def read_only(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
     """A read-only view of an array."""
