@@ -26,6 +26,7 @@
 #include "edgefusion/dbscan.hpp"
 #include "edgefusion/nearest_range.hpp"
 #include "edgefusion/projection.hpp"
+#include "edgefusion/raycast.hpp"
 #include "edgefusion/refuse.hpp"
 
 namespace py = pybind11;
@@ -266,6 +267,26 @@ py::tuple py_nearest_range(const py::object& neighbours, double sigma_m) {
   return py::make_tuple(nearest.range_m, nearest.sigma_m, nearest.index);
 }
 
+py::tuple py_raycast(const py::object& walls, const py::object& pose, double angle_min,
+                     double angle_increment, py::ssize_t n, double range_max) {
+  const Array<double> segments = rows_of("segments", walls, 4);
+  const Array<double> place = vector_of("pose", pose, 3);
+  if (n < 0) refuse("n: expected at least 0, got ", n);
+  const LaserPose laser{place.data()[0], place.data()[1], place.data()[2]};
+  const Sweep sweep{angle_min, angle_increment, static_cast<std::size_t>(n), range_max};
+  py::array_t<double> ranges(n);
+  py::array_t<std::int32_t> hits(n);
+  const double* in = segments.data();
+  const auto m = static_cast<std::size_t>(segments.shape(0));
+  double* out = ranges.mutable_data();
+  std::int32_t* out_hits = hits.mutable_data();
+  {
+    py::gil_scoped_release release;
+    raycast(in, m, laser, sweep, out, out_hits);
+  }
+  return py::make_tuple(ranges, hits);
+}
+
 py::array_t<float> crop_buffer(const std::optional<py::array>& out, py::ssize_t n, py::ssize_t size) {
   const std::array<py::ssize_t, 4> shape{n, 3, size, size};
   if (!out) return py::array_t<float>(shape);
@@ -327,6 +348,9 @@ PYBIND11_MODULE(_core, m) {
         py::arg("width_step") = 0.0, py::arg("on_ground") = true, py::arg("min_visible") = 0.25);
 
   m.def("nearest_range", &py_nearest_range, py::arg("ranges_m"), py::arg("sigma_m"));
+
+  m.def("raycast", &py_raycast, py::arg("segments"), py::arg("pose"), py::arg("angle_min"),
+        py::arg("angle_increment"), py::arg("n"), py::arg("range_max"));
 
   m.def("crops", &py_crops, py::arg("image"), py::arg("boxes"), py::arg("size"), py::arg("mean"),
         py::arg("std"), py::arg("fit") = "squash", py::arg("filter") = "antialias",

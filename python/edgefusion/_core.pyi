@@ -105,6 +105,20 @@ def nearest_range(ranges_m: _Vector, sigma_m: float) -> Tuple[float, float, int]
     the beams. Raises ValueError for no ranges, one that is not finite, naming its index, or sigma_m <= 0.
     """
 
+def raycast(
+    segments: _Floats, pose: _Vector, angle_min: float, angle_increment: float, n: int, range_max: float
+) -> Tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+    """Exact ranges float64[n] [m] of a 2D laser at pose (x, y, theta), and the rows int32[n] of what its beams hit.
+
+    segments [m, 4]: (x0, y0, x1, y1) in the world [m]. Beam i points to theta + angle_min + i * angle_increment, over
+    any part of a turn or several; where it meets nothing within range_max its range is +inf and its hit -1.
+    No beam passes between two segments that share an end; of two that are equally near the lower row is hit. A
+    segment without length is hit by no beam, one along a beam at its nearer end, one that the laser stands on at 0.
+
+    Raises ValueError for a number that is not finite, naming its index, an angle_increment of 0, n < 0 or
+    range_max <= 0.
+    """
+
 def crops(
     image: npt.NDArray[np.uint8],
     boxes: _Boxes,
