@@ -99,6 +99,43 @@ class Pose2D:
         c, s = math.cos(self.theta), math.sin(self.theta)
         return np.array([[c, -s, 0, self.x_m], [s, c, 0, self.y_m], [0, 0, 1, 0], [0, 0, 0, 1]], float)
 
+    def compose(self, inner: Pose2D) -> Pose2D:
+        """A pose given in this pose's frame, in this pose's parent."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        x_m = self.x_m + c * inner.x_m - s * inner.y_m
+        return Pose2D(x_m, self.y_m + s * inner.x_m + c * inner.y_m, _wrapped(self.theta + inner.theta))
+
+    def relative_to(self, origin: Pose2D) -> Pose2D:
+        """This pose in the frame of another one of the same parent: origin.compose(it) is this pose."""
+        c, s = math.cos(origin.theta), math.sin(origin.theta)
+        dx, dy = self.x_m - origin.x_m, self.y_m - origin.y_m
+        return Pose2D(c * dx + s * dy, c * dy - s * dx, _wrapped(self.theta - origin.theta))
+
+
+def _wrapped(angle: float) -> float:
+    """The same direction in [-pi, pi]."""
+    return math.remainder(angle, 2 * math.pi)
+
+
+@dataclass(frozen=True)
+class Twist2D:
+    """A velocity in the plane, in base_link: forward [m/s] and about the vertical [rad/s], left positive."""
+
+    v_mps: float = 0.0
+    w_radps: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.v_mps) and math.isfinite(self.w_radps)):
+            raise ValueError(f"twist: expected finite values, got ({self.v_mps}, {self.w_radps})")
+
+    def motion(self, duration_s: float) -> Pose2D:
+        """Where this velocity leads to, in the frame that it starts from: an arc, exactly. Also backwards in time."""
+        turn, way_m = self.w_radps * duration_s, self.v_mps * duration_s
+        if abs(turn) < 1e-9:
+            return Pose2D(way_m, 0.5 * way_m * turn, turn)
+        radius_m = way_m / turn
+        return Pose2D(radius_m * math.sin(turn), radius_m * (1 - math.cos(turn)), _wrapped(turn))
+
 
 STILL = Pose2D()
 """The motion of a robot that stood still, or whose odometry is unknown."""
