@@ -23,7 +23,7 @@ from edgefusion.perception.network import (
     needs_softmax,
     one_line,
 )
-from edgefusion.perception.preprocessing import DEFAULT, Boxes, Preprocessing, whole
+from edgefusion.perception.preprocessing import DEFAULT, Boxes, Fit, Preprocessing, whole
 
 log = logging.getLogger(__name__)
 
@@ -150,8 +150,13 @@ class Classifier:
         self._buffer = waiting
 
 
-def open_classifier(path: Path, labels: Optional[Path] = None, options: Optional[RuntimeOptions] = None) -> Classifier:
+def open_classifier(
+    path: Path, labels: Optional[Path] = None, options: Optional[RuntimeOptions] = None, fit: Optional[Fit] = None
+) -> Classifier:
     """A classifier from a model folder, or from a bare .onnx file and its labels. Raises RefusedError.
+
+    fit: another than the model folder's own, to compare; its golden answer, which goes through the fit, is not checked
+    then.
 
     Nothing vouches for a bare file, which a warning says; its preprocessing is DEFAULT, at the size that
     the network is fixed to if it is to one.
@@ -163,18 +168,19 @@ def open_classifier(path: Path, labels: Optional[Path] = None, options: Optional
         return _from_file(path, labels, options)
     if labels is not None:
         raise RefusedError(f"{labels}: expected no labels beside a model folder, which has its own, got some")
-    return _from_folder(load_model_folder(path), options)
+    return _from_folder(load_model_folder(path), options, fit)
 
 
-def _from_folder(folder: ModelFolder, options: Optional[RuntimeOptions]) -> Classifier:
+def _from_folder(folder: ModelFolder, options: Optional[RuntimeOptions], fit: Optional[Fit]) -> Classifier:
     manifest = folder.manifest
+    own = fit is None or fit == manifest.input.fit
     return Classifier(
         folder.model,
         str(folder.path),
         folder.labels,
-        manifest.input,
+        manifest.input if own else msgspec.structs.replace(manifest.input, fit=fit, crop_fraction=1.0),
         softmax=manifest.output.softmax,
-        golden=folder.golden,
+        golden=folder.golden if own else None,
         boxes=manifest.boxes,
         input_name=manifest.input.name,
         output_name=manifest.output.name,
