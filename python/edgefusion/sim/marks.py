@@ -142,3 +142,25 @@ def slots(texture: Texture, rect: Rect, count: int, upright: bool = False, color
             rectangle(texture, (x + w * (i + 0.25) / count, y, 0.5 * w / count, h), color)
         else:
             rectangle(texture, (x, y + h * (i + 0.25) / count, w, 0.5 * h / count), color)
+
+
+def frame(texture: Texture, rect: Rect, color: int, width_m: float) -> None:
+    """A rectangle's border, inside its edge."""
+    x, y, w, h = rect
+    for top in (y, y + h - width_m):
+        rectangle(texture, (x, top, w, width_m), color)
+    for left in (x, x + w - width_m):
+        rectangle(texture, (left, y, width_m, h), color)
+
+
+def hatched(texture: Texture, rect: Rect, color: int, width_m: float, lean: float = 1.0) -> None:
+    """Slanting warning stripes of that width with gaps as wide; `lean` is how far they move sideways per height."""
+    x, y, w, h = rect
+    shift = lean * h
+    band = texture[px(y) : px(y + h), px(x) : px(x + w)].copy()
+    left = -abs(shift)
+    while left < w + abs(shift):
+        foot = left - shift
+        polygon(band, [(left, 0), (left + width_m, 0), (foot + width_m, h), (foot, h)], color)
+        left += 2 * width_m
+    texture[px(y) : px(y + h), px(x) : px(x + w)] = band

@@ -138,3 +138,33 @@ def mesh_cloth(rng: Rng, size: Extent, color: int, pitch_m: float = 0.008) -> Te
     pitch = max(3, px(pitch_m))
     holes = (np.arange(h) % pitch < pitch * 0.55)[:, None] & (np.arange(w) % pitch < pitch * 0.55)[None, :]
     return toned(texture, 1 - 0.6 * holes)
+
+
+def concrete(rng: Rng, size: Extent, color: int) -> Texture:
+    """Cast concrete: blotches, fine grain, a few air holes."""
+    texture = grain(rng, dirt(rng, flat(size, color), 0.05), 0.05)
+    h, w = texture.shape[:2]
+    for _ in range(int(60 * size[0] * size[1]) + 4):
+        at = (int(rng.integers(w)), int(rng.integers(h)))
+        cv2.circle(texture, at, int(rng.integers(1, 4)), bgr(lighter(color, 0.6)), -1, cv2.LINE_AA)
+    return texture
+
+
+def masonry(rng: Rng, size: Extent, color: int, joint: int, stone: Extent, bond: float = 0.5) -> Texture:
+    """Bricks or tiles of the size `stone`, each in a shade of its own; every other row is shifted by `bond` stones."""
+    texture = flat(size, joint)
+    h, w = texture.shape[:2]
+    step_x, step_y, gap = max(4, px(stone[0])), max(4, px(stone[1])), max(1, px(0.008))
+    for row, y in enumerate(range(0, h, step_y)):
+        for x in range(-round((row % 2) * bond * step_x), w, step_x):
+            corner = (min(w, x + step_x - gap) - 1, min(h, y + step_y - gap) - 1)
+            cv2.rectangle(texture, (max(0, x), y), corner, bgr(lighter(color, rng.uniform(0.82, 1.12))), -1)
+    return dirt(rng, grain(rng, texture, 0.04), 0.05)
+
+
+def marble(rng: Rng, size: Extent, color: int) -> Texture:
+    """Polished stone with veins."""
+    texture = flat(size, color)
+    shape = (texture.shape[0], texture.shape[1])
+    veins = np.exp(-8 * np.abs(clouds(rng, shape, 0.2 * PX_PER_M) + 0.3 * clouds(rng, shape, 0.04 * PX_PER_M)))
+    return toned(texture, 1 + 0.06 * clouds(rng, shape, 0.15 * PX_PER_M) - 0.3 * veins)

@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-from edgefusion.sim.kinds import lab
+from edgefusion.sim.kinds import lab, nameless, street
 from edgefusion.sim.kinds.kind import Kind
 
-_FAMILIES = (lab.KINDS,)
+_FAMILIES = (lab.KINDS, nameless.KINDS, street.KINDS)
 
 CATALOGUE: dict[str, Kind] = {kind.name: kind for family in _FAMILIES for kind in family}
 """Every kind by its name."""

@@ -4,14 +4,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from edgefusion.sim import marks, paint
-from edgefusion.sim.kinds.form import bar, castors, forward, knob, varied
+from edgefusion.sim.kinds.form import castors, forward, knob, varied
 from edgefusion.sim.kinds.kind import Kind, Size
-from edgefusion.sim.mesh import Part, Texture, box, drum, lathe, placed, plain, standing_box
+from edgefusion.sim.mesh import Part, Texture, box, lathe, placed, plain, standing_box
 from edgefusion.sim.paint import Rng
 
 OSCILLOSCOPE: Size = (0.46, 0.50, 0.66)
