@@ -57,7 +57,7 @@ class SimLaser:
         exact, hits = self._cast(stamp_ns, segments, pose_at)
         ranges_m = self._mixed(exact, hits, rng)
         ranges_m = ranges_m + rng.normal(0, self._spec.sigma_m, len(ranges_m))
-        ranges_m = np.round(np.maximum(ranges_m, 0.0), 3)  # the wire carries whole millimetres
+        ranges_m = np.asarray(np.round(np.maximum(ranges_m, 0.0), 3), float)  # the wire carries whole millimetres
         ranges_m[ranges_m > self._spec.range_max_m] = np.inf
         ranges_m[rng.random(len(ranges_m)) < self._spec.dropped] = np.nan
         spec = self._spec
@@ -110,4 +110,4 @@ def _beam_times(spec: LaserSpec) -> npt.NDArray[np.int64]:
     swept = np.arange(spec.beams) * abs(spec.angle_increment) / (2 * math.pi)
     late = np.arange(spec.beams) % 2 if spec.interlaced else np.zeros(spec.beams)
     times = (swept + late) * spec.turn_ns
-    return np.rint(times - times[spec.beams // 2]).astype(np.int64)
+    return np.asarray(np.rint(times - times[spec.beams // 2]), np.int64)

@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-from edgefusion.sim.kinds import lab, nameless, street
+from edgefusion.sim.kinds import lab, nameless, office, store, street
 from edgefusion.sim.kinds.kind import Kind
 
-_FAMILIES = (lab.KINDS, nameless.KINDS, street.KINDS)
+_FAMILIES = (lab.KINDS, office.KINDS, store.KINDS, street.KINDS, nameless.KINDS)
 
 CATALOGUE: dict[str, Kind] = {kind.name: kind for family in _FAMILIES for kind in family}
 """Every kind by its name."""

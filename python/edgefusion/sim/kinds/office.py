@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Furniture and machines of an office."""
+
+from __future__ import annotations
+
+from edgefusion.sim import marks, paint
+from edgefusion.sim.kinds.form import bar, varied
+from edgefusion.sim.kinds.kind import Kind, Size
+from edgefusion.sim.mesh import Part, Texture, box, plain, standing_box
+from edgefusion.sim.paint import Rng
+
+BOOKCASE: Size = (0.34, 0.92, 1.75)
+FILING_CABINET: Size = (0.58, 0.46, 1.25)
+DESK: Size = (0.70, 1.30, 0.75)
+PHOTOCOPIER: Size = (0.62, 0.60, 1.08)
+REFRIGERATOR: Size = (0.64, 0.62, 1.62)
+
+_WOODS = (0x8A5A34, 0xA8784C, 0x5E3C24, 0xC09A68, 0xD8C6A4)
+_SPINES = (0x8C2A24, 0x24486E, 0x2E5A3A, 0xC8A850, 0x3A3A40, 0x7A4A6A, 0xD8D0BC, 0xB86A30, 0x4A7A8A, 0xE0DCD0)
+
+
+def _books(rng: Rng, face: Texture, x: float, y: float, width: float, height: float) -> None:
+    """A shelf's worth of books in the rectangle, standing on its lower edge."""
+    at = x
+    while at < x + width - 0.02:
+        if rng.random() < 0.06:  # somebody is reading one
+            at += rng.uniform(0.02, 0.09)
+            continue
+        thick = min(float(rng.uniform(0.014, 0.05)), x + width - at)
+        tall = height * float(rng.uniform(0.68, 0.94))
+        color = paint.pick(rng, _SPINES)
+        top = y + height - tall
+        marks.rectangle(face, (at, top, thick, tall), color)
+        marks.rectangle(face, (at, top, thick * 0.2, tall), paint.lighter(color, 1.25))
+        marks.rectangle(face, (at + thick * 0.85, top, thick * 0.15, tall), paint.lighter(color, 0.5))
+        band = paint.lighter(color, 1.9 if sum(paint.bgr(color)) < 330 else 0.45)
+        for share in (0.12, 0.2, 0.8) if rng.random() < 0.6 else (0.3, 0.55):
+            marks.rectangle(face, (at + 0.1 * thick, top + share * tall, 0.8 * thick, 0.008), band)
+        at += thick + 0.0015
+
+
+def bookcase(rng: Rng) -> list[Part]:
+    """Shelves full of books, closed at the back and the sides."""
+    depth, width, height = varied(rng, BOOKCASE)
+    color = paint.pick(rng, _WOODS)
+    side = paint.wood(rng, (depth, height), color, True)
+    face = paint.wood(rng, (width, height), color, True)
+    board, plinth, shelves = 0.025, 0.07, int(rng.integers(4, 6))
+    pitch = (height - plinth - board) / shelves
+    for i in range(shelves):
+        y = board + i * pitch
+        opening = (board, y, width - 2 * board, pitch - board)
+        marks.rectangle(face, opening, 0x15100C)
+        _books(rng, face, *opening)
+        marks.rectangle(face, (board, y, width - 2 * board, 0.02), 0x0C0906)  # the shadow of the shelf above
+    parts = standing_box((0.92 * depth, width - 0.01, height - 0.01), side, {"front": face, "back": plain(color)})
+    edge = paint.wood(rng, (width, board), paint.lighter(color, 1.1))
+    for i in range(shelves + 1):
+        z = height - board / 2 - i * pitch
+        parts += box((depth, width, board), (0, 0, z), edge)
+    return parts + standing_box((0.97 * depth, width, plinth), edge)
+
+
+def _handle(face: Texture, x: float, y: float, length: float = 0.12) -> None:
+    """A bar handle with its shadow."""
+    marks.rectangle(face, (x - length / 2, y + 0.006, length, 0.012), 0x303234)
+    marks.rectangle(face, (x - length / 2, y, length, 0.012), 0xC4C8CA)
+    marks.rectangle(face, (x - length / 2, y, length, 0.004), 0xECEEF0)
+
+
+def filing_cabinet(rng: Rng) -> list[Part]:
+    """Three or four deep drawers with handles and label holders."""
+    depth, width, height = varied(rng, FILING_CABINET)
+    color = paint.pick(rng, (0x8E9498, 0xA8A494, 0x5C6660, 0x3E4650, 0xC8C4B4, 0x6A5A4A))
+    sheet = paint.painted_metal(rng, (width, height), color)
+    face = sheet.copy()
+    drawers = 4 if height > 1.18 else 3
+    pitch = (height - 0.08) / drawers
+    x = depth / 2
+    parts: list[Part] = []
+    for i in range(drawers):
+        y = 0.03 + i * pitch
+        marks.panel(face, (0.02, y, width - 0.04, pitch - 0.012), 0.006)
+        marks.label(face, str(rng.choice(("A - F", "G - M", "N - S", "T - Z", "1998", "INVOICES"))),
+                    (width / 2 - 0.05, y + 0.22 * pitch, 0.10, 0.045))  # fmt: skip
+        marks.frame(face, (width / 2 - 0.056, y + 0.22 * pitch - 0.006, 0.112, 0.057), 0x6A6E70, 0.006)
+        z = height - y - 0.62 * pitch
+        _handle(face, width / 2, y + 0.62 * pitch, 0.14)
+        parts += bar(0.14, 0.012, (x, 0, z), plain(0xC0C4C6), 0.025)
+    marks.disc(face, (width - 0.05, 0.055), 0.011, 0xD0D2D4)
+    return standing_box((depth, width, height), sheet, {"front": face}) + parts
+
+
+def desk(rng: Rng) -> list[Part]:
+    """A writing desk that is closed in front, with drawers on one side and something to do on it."""
+    depth, width, height = varied(rng, DESK, 0.14)
+    color, top = paint.pick(rng, _WOODS), 0.035
+    panel = paint.wood(rng, (width, height), color)
+    face = panel.copy()
+    column = 0.34 * width
+    left = bool(rng.random() < 0.5)
+    x0 = 0.03 if left else width - column - 0.03
+    for i in range(3):
+        y = 0.05 + i * (height - 0.12) / 3
+        high = (height - 0.12) / 3 - 0.015
+        marks.panel(face, (x0, y, column, high), 0.006)
+        _handle(face, x0 + column / 2, y + 0.4 * high, 0.1)
+    knee = (x0 + column + 0.03 if left else 0.03, 0.09, width - column - 0.09, height - 0.14)
+    marks.rectangle(face, knee, 0x17110C)
+    marks.rectangle(face, (knee[0], knee[1] + 0.7 * knee[3], knee[2], 0.3 * knee[3]), 0x241A12)
+    parts = standing_box((0.94 * depth, 0.97 * width, height - top), panel, {"front": face})
+    leaf = paint.wood(rng, (width, depth), paint.lighter(color, 1.12))
+    parts += box((depth, width, top), (0, 0, height - top / 2), leaf)
+    return parts + _on_the_desk(rng, depth, width, height)
+
+
+def _on_the_desk(rng: Rng, depth: float, width: float, height: float) -> list[Part]:
+    """Paper, a few books lying: flat, so that the desk stays as high as it is."""
+    parts = []
+    for _ in range(int(rng.integers(2, 5))):
+        w, d, h = rng.uniform(0.15, 0.3), rng.uniform(0.12, 0.25), rng.uniform(0.01, 0.05)
+        x, y = rng.uniform(-0.3, 0.25) * depth, rng.uniform(-0.38, 0.38) * width
+        parts += box((d, w, h), (x, y, height + h / 2), plain(paint.pick(rng, _SPINES)))
+    return parts
+
+
+def photocopier(rng: Rng) -> list[Part]:
+    """A floor-standing copier: paper trays below, the output bay, a lid, a panel with keys."""
+    depth, width, height = varied(rng, PHOTOCOPIER, 0.14)
+    color = paint.pick(rng, (0xDCDAD2, 0xC8CACA, 0xE6E4DE, 0xB8B4A8), 0.03)
+    shell = paint.plastic(rng, (width, height), color)
+    face = shell.copy()
+    dark = 0x3A3E44
+    bay = (0.05 * width, 0.17 * height, 0.9 * width, 0.16 * height)
+    marks.rectangle(face, bay, 0x1C1E20)
+    marks.rectangle(face, (bay[0] + 0.05, bay[1] + 0.75 * bay[3], bay[2] - 0.2, 0.02), 0xF4F4F0)
+    trays = int(rng.integers(3, 5))
+    below = 0.40 * height
+    pitch = (height - below - 0.05) / trays
+    for i in range(trays):
+        y = below + i * pitch
+        marks.panel(face, (0.03, y, width - 0.06, pitch - 0.01), 0.005)
+        marks.rectangle(face, (width / 2 - 0.09, y + 0.3 * pitch, 0.18, 0.03), dark)
+        marks.text(face, str(i + 1), (width - 0.1, y + 0.7 * pitch), 0.025, dark)
+    marks.rectangle(face, (0, 0.05 * height, width, 0.09 * height), dark)
+    parts = standing_box((depth, width, 0.92 * height), shell, {"front": face})
+    lid = paint.plastic(rng, (width, depth), paint.lighter(color, 0.9))
+    parts += box((0.82 * depth, 0.96 * width, 0.08 * height), (-0.07 * depth, 0, 0.96 * height), lid)
+    panel = paint.plastic(rng, (0.9 * width, 0.12), dark)
+    marks.rectangle(panel, (0.06, 0.02, 0.14, 0.08), 0x7AA8C0)
+    for i in range(12):
+        marks.button(panel, (0.24 + 0.03 * (i % 4), 0.02 + 0.03 * (i // 4), 0.018, 0.018), 0xD8D8D0)
+    marks.button(panel, (0.40, 0.03, 0.05, 0.05), 0x30A050)
+    x, z = depth / 2 - 0.06, 0.92 * height
+    parts += box((0.12, 0.9 * width, 0.03), (x, 0, z + 0.015), plain(dark), {"top": panel})
+    return parts
+
+
+def refrigerator(rng: Rng) -> list[Part]:
+    """A freezer door above or below a larger one, long handles, a rubber gap, magnets."""
+    depth, width, height = varied(rng, REFRIGERATOR, 0.14)
+    color = paint.pick(rng, (0xECECE8, 0xE4E2DA, 0xC4C8CC, 0xD8D4C4), 0.02)
+    steel = bool(rng.random() < 0.3)
+    shell = paint.brushed_metal(rng, (width, height)) if steel else paint.painted_metal(rng, (width, height), color)
+    face = shell.copy()
+    split = height * (rng.uniform(0.28, 0.36) if rng.random() < 0.7 else rng.uniform(0.60, 0.68))
+    foot = 0.06
+    marks.rectangle(face, (0, split - 0.006, width, 0.012), 0x24262A)
+    marks.rectangle(face, (0, height - foot, width, foot), 0x2A2C30)
+    marks.rectangle(face, (0, split - 0.02, width, 0.014), paint.lighter(color, 0.8))
+    hinge = 1 if rng.random() < 0.5 else -1
+    for _ in range(int(rng.integers(0, 4))):  # notes under magnets
+        x, y = rng.uniform(0.1, width - 0.2), rng.uniform(0.1, height - 0.3)
+        marks.rectangle(face, (x, y, 0.08, 0.06), paint.pick(rng, _SPINES))
+    marks.label(face, str(rng.choice(("FROST", "POLAR", "ARKTIS"))), (0.06, 0.06, 0.12, 0.03), 0xC8CACC, 0x303030)
+    parts = standing_box((depth, width, height), shell, {"front": face})
+    grip = plain(0xB8BCC0 if not steel else 0x4A4E52)
+    for low, high in ((0, split), (split, height - foot)):
+        length = 0.55 * (high - low)
+        centre = height - (low + high) / 2
+        y = -hinge * (width / 2 - 0.06)
+        parts += box((0.03, 0.022, length), (depth / 2 + 0.03, y, centre), grip)
+        for end in (-1, 1):
+            parts += box((0.03, 0.022, 0.03), (depth / 2 + 0.015, y, centre + end * 0.46 * length), grip)
+    return parts
+
+
+KINDS = (
+    Kind("bookcase", "bookcase", BOOKCASE, bookcase),
+    Kind("filing cabinet", "file", FILING_CABINET, filing_cabinet),
+    Kind("desk", "desk", DESK, desk),
+    Kind("photocopier", "photocopier", PHOTOCOPIER, photocopier),
+    Kind("refrigerator", "refrigerator", REFRIGERATOR, refrigerator),
+)
