@@ -12,7 +12,7 @@ from edgefusion.sim.kinds.kind import Kind, Size
 from edgefusion.sim.mesh import Part, Texture, box, drum, lathe, placed, plain, standing_box
 from edgefusion.sim.paint import Rng
 
-TRAFFIC_LIGHT: Size = (0.36, 0.44, 1.52)
+TRAFFIC_LIGHT: Size = (0.42, 0.44, 1.52)
 
 _LAMPS = ((0xFF2A1A, 0x3A0A08), (0xFFB010, 0x3A2A08), (0x2CFFA0, 0x08301E))
 """Red, amber, green, each (lit, dark)."""
@@ -71,6 +71,8 @@ def _cabinet(rng: Rng, depth: float, width: float, height: float) -> list[Part]:
     color = paint.pick(rng, (0xD8801C, 0xE0B020, 0x8C9094, 0xC8C8C0, 0x4A5058))
     wheel = 0.045
     sheet = paint.painted_metal(rng, (width, height - wheel), color)
+    side = sheet.copy()
+    marks.slots(side, (0.3 * width, 0.08, 0.4 * width, 0.12), 5)
     door = sheet.copy()
     marks.panel(door, (0.02, 0.03, width - 0.04, height - wheel - 0.05), 0.005)
     marks.rectangle(door, (width - 0.07, 0.2, 0.02, 0.06), 0x202224)
@@ -80,7 +82,7 @@ def _cabinet(rng: Rng, depth: float, width: float, height: float) -> list[Part]:
         marks.rectangle(door, strip, 0xE8E8E0)
         marks.hatched(door, strip, 0xC02820, 0.05)
     parts = castors(0.95 * depth, width, wheel)
-    parts += standing_box((depth, width, height - wheel), sheet, {"front": door}, wheel)
+    parts += standing_box((depth, width, height - wheel), side, {"front": door, "top": sheet}, wheel)
     return parts
 
 
@@ -90,10 +92,13 @@ def traffic_light(rng: Rng) -> list[Part]:
     head_h = rng.uniform(0.54, 0.6) * height
     base_h = rng.uniform(0.44, 0.5)
     parts = _cabinet(rng, depth, 0.95 * width, base_h)
-    pole = paint.brushed_metal(rng, (0.3, 0.5))
-    parts += drum(0.04, base_h, height - 0.2 * head_h, pole, segments=14)
-    head_depth = 0.16
-    return parts + placed(_signal_head(rng, width, head_h, head_depth), (0.04 + head_depth, 0, height - head_h))
+    head_depth, pole_x = 0.15, -0.12
+    pole = paint.painted_metal(rng, (0.25, 0.5), paint.pick(rng, (0xA8ACAE, 0x8C9094, 0x3A3C40)))
+    parts += placed(drum(0.04, base_h, height - 0.1 * head_h, pole, segments=14), (pole_x, 0, 0))
+    for share in (0.2, 0.75):
+        parts += box((0.07, 0.11, 0.05), (pole_x + 0.02, 0, height - share * head_h), plain(0x303234))
+    head = _signal_head(rng, width, head_h, head_depth)
+    return parts + placed(head, (pole_x + 0.04 + head_depth, 0, height - head_h))
 
 
 KINDS = (Kind("traffic light", "traffic light", TRAFFIC_LIGHT, traffic_light),)
