@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from edgefusion._core import raycast
+from edgefusion.errors import RefusedError
+from edgefusion.sim.edges import ExactScan, edges
 from edgefusion.types import Pose2D, Scan, read_only
 
 Floats = npt.NDArray[np.float64]
@@ -25,9 +27,10 @@ PoseAt = Callable[[int], Pose2D]
 class LaserSpec:
     """An LMS200 at half a degree, by default: 361 beams from right to left, two mirror turns a scan.
 
-    sigma_m: noise of a range. dropped: share of beams without an answer. mixed: share of edges at which a beam reads
-    something between the two surfaces. edge_m: what makes an edge of two neighbouring ranges. interlaced: even beams
-    are measured in one mirror turn, odd ones in the next; turn_ns: what a turn takes.
+    range_max_m: from here on it sees nothing (8183 mm is what an LMS200 sends for that as delivered). sigma_m: noise
+    of a range. dropped: share of beams without an answer. mixed: share of edges at which a beam reads something between
+    the two surfaces. edge_m: what makes an edge of two neighbouring ranges. interlaced: even beams are measured in one
+    mirror turn, odd ones in the next; turn_ns: what a turn takes.
     """
 
     beams: int = 361
@@ -41,6 +44,16 @@ class LaserSpec:
     interlaced: bool = True
     turn_ns: int = 13_333_333
 
+    def __post_init__(self) -> None:
+        if self.beams < 1:
+            raise RefusedError(f"beams: expected at least 1, got {self.beams}")
+        for name in ("dropped", "mixed"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise RefusedError(f"{name}: expected a share from 0 to 1, got {getattr(self, name)}")
+        for name in ("sigma_m", "edge_m", "turn_ns"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise RefusedError(f"{name}: expected a finite number of at least 0, got {getattr(self, name)}")
+
 
 class SimLaser:
     """Scans a floor plan. What it draws comes from the generator that it is handed, nothing else."""
@@ -53,56 +66,62 @@ class SimLaser:
         """A scan whose middle beam is measured at stamp_ns, and the row of `segments` [m, 4] that each beam met.
 
         The rows are those of the nearest surface, -1 for none, also where a beam is dropped or reads between two.
+        Raises whatever pose_at raises for times from a scan's first beam to its last, and what `raycast` refuses.
         """
-        exact, hits = self._cast(stamp_ns, segments, pose_at)
-        ranges_m = self._mixed(exact, hits, rng)
-        ranges_m = ranges_m + rng.normal(0, self._spec.sigma_m, len(ranges_m))
-        ranges_m = np.asarray(np.round(np.maximum(ranges_m, 0.0), 3), float)  # the wire carries whole millimetres
-        ranges_m[ranges_m > self._spec.range_max_m] = np.inf
-        ranges_m[rng.random(len(ranges_m)) < self._spec.dropped] = np.nan
         spec = self._spec
+        exact = self._exact(stamp_ns, segments, pose_at)
+        ranges_m = self._mixed(exact.ranges_m, edges(exact, segments, spec.edge_m), rng)
         scan = Scan(
             stamp_ns,
-            ranges_m.astype(np.float32),
+            self._measured(ranges_m, rng),
             spec.angle_min,
             spec.angle_increment,
             range_max_m=spec.range_max_m,
             beam_dt_ns=self.beam_dt_ns,
         )
-        return scan, hits
+        return scan, exact.hits
 
-    def _cast(self, stamp_ns: int, segments: Floats, pose_at: PoseAt) -> tuple[Floats, Hits]:
-        """Exact ranges, each mirror turn from where the laser was in its middle."""
-        spec = self._spec
-        ranges_m, hits = np.empty(spec.beams), np.empty(spec.beams, np.int32)
-        turns = 2 if spec.interlaced else 1
+    def _exact(self, stamp_ns: int, segments: Floats, pose_at: PoseAt) -> ExactScan:
+        """What the beams meet, each mirror turn from where the laser is meanwhile."""
+        n, turns = self._spec.beams, 2 if self._spec.interlaced and self._spec.beams > 1 else 1
+        scan = ExactScan(np.empty((n, 2)), np.empty(n), np.empty(n), np.empty(n, np.int32))
         for turn in range(turns):
-            pose = pose_at(stamp_ns + int(np.median(self.beam_dt_ns[turn::turns])))
-            ranges_m[turn::turns], hits[turn::turns] = raycast(
-                segments,
-                [pose.x_m, pose.y_m, pose.theta],
-                spec.angle_min + turn * spec.angle_increment,
-                turns * spec.angle_increment,
-                len(ranges_m[turn::turns]),
-                spec.range_max_m,
+            mine = slice(turn, None, turns)
+            origin, first, step = self._rays(turn, turns, stamp_ns, pose_at)
+            count = len(scan.ranges_m[mine])
+            scan.origins[mine], scan.angles[mine] = origin, first + step * np.arange(count)
+            scan.ranges_m[mine], scan.hits[mine] = raycast(
+                segments, [*origin, first], 0.0, step, count, self._spec.range_max_m
             )
-        return ranges_m, hits
+        return scan
 
-    def _mixed(self, exact: Floats, hits: Hits, rng: Rng) -> Floats:
+    def _rays(self, turn: int, turns: int, stamp_ns: int, pose_at: PoseAt) -> tuple[tuple[float, float], float, float]:
+        """Origin of a mirror turn's beams, direction of the first, step to the next, in the world.
+
+        A turning robot stretches or narrows the step. Its way while the mirror sweeps, a few millimetres, is left out.
+        """
+        spec, times_ns = self._spec, self.beam_dt_ns[turn::turns]
+        start, middle, end = (pose_at(stamp_ns + int(times_ns[i])) for i in (0, len(times_ns) // 2, -1))
+        turned = math.remainder(end.theta - start.theta, 2 * math.pi) / max(1, len(times_ns) - 1)
+        first = start.theta + spec.angle_min + turn * spec.angle_increment
+        return (middle.x_m, middle.y_m), first, turns * spec.angle_increment + turned
+
+    def _mixed(self, exact: Floats, at: npt.NDArray[np.intp], rng: Rng) -> Floats:
         """At some edges one of the two beams reads between the surfaces: its spot lies on both."""
+        chance, side, share = rng.random((3, len(at)))
+        between = exact[at] + share * (exact[at + 1] - exact[at])
+        mixed = chance < self._spec.mixed
         ranges_m = exact.copy()
-        for i in np.flatnonzero(_edges(exact, hits, self._spec.edge_m)).tolist():
-            chance, side, share = rng.random(3)
-            if chance < self._spec.mixed:
-                ranges_m[i + int(side < 0.5)] = exact[i] + share * (exact[i + 1] - exact[i])
+        ranges_m[(at + (side < 0.5))[mixed]] = between[mixed]
         return ranges_m
 
-
-def _edges(exact: Floats, hits: Hits, edge_m: float) -> npt.NDArray[np.bool_]:
-    """Where a beam and the next meet different surfaces that are a step apart, both within range."""
-    with np.errstate(invalid="ignore"):  # inf - inf
-        step = np.abs(np.diff(exact)) > edge_m
-    return np.asarray(step & (hits[:-1] != hits[1:]) & (hits[:-1] >= 0) & (hits[1:] >= 0))
+    def _measured(self, ranges_m: Floats, rng: Rng) -> npt.NDArray[np.float32]:
+        """With noise, in the whole millimetres of the wire, and without the beams that get no answer."""
+        noisy = ranges_m + self._spec.sigma_m * rng.standard_normal(len(ranges_m))
+        sent = np.round(np.maximum(noisy, 0.0), 3)
+        sent[sent >= self._spec.range_max_m] = np.inf
+        sent[rng.random(len(sent)) < self._spec.dropped] = np.nan
+        return sent.astype(np.float32)
 
 
 def _beam_times(spec: LaserSpec) -> npt.NDArray[np.int64]:
@@ -110,4 +129,5 @@ def _beam_times(spec: LaserSpec) -> npt.NDArray[np.int64]:
     swept = np.arange(spec.beams) * abs(spec.angle_increment) / (2 * math.pi)
     late = np.arange(spec.beams) % 2 if spec.interlaced else np.zeros(spec.beams)
     times = (swept + late) * spec.turn_ns
-    return np.asarray(np.rint(times - times[spec.beams // 2]), np.int64)
+    from_middle: npt.NDArray[np.int64] = np.rint(times - times[spec.beams // 2]).astype(np.int64)
+    return from_middle
