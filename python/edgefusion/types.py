@@ -130,11 +130,9 @@ class Twist2D:
 
     def motion(self, duration_s: float) -> Pose2D:
         """Where this velocity leads to, in the frame that it starts from: an arc, exactly. Also backwards in time."""
-        turn, way_m = self.w_radps * duration_s, self.v_mps * duration_s
-        if abs(turn) < 1e-9:
-            return Pose2D(way_m, 0.5 * way_m * turn, turn)
-        radius_m = way_m / turn
-        return Pose2D(radius_m * math.sin(turn), radius_m * (1 - math.cos(turn)), _wrapped(turn))
+        half_turn, way_m = self.w_radps * duration_s / 2, self.v_mps * duration_s
+        chord_m = way_m * (math.sin(half_turn) / half_turn) if half_turn else way_m
+        return Pose2D(chord_m * math.cos(half_turn), chord_m * math.sin(half_turn), _wrapped(2 * half_turn))
 
 
 STILL = Pose2D()
