@@ -45,6 +45,7 @@ PARTS = {
     "dbscan": Part("bench_dbscan", {"rounds": 3}),
     "crops": Part("bench_crops", {"rounds": 10}),
     "frame": Part("bench_frame", {"rounds": 3}),
+    "raycast": Part("bench_raycast", {"rounds": 5}),
     "detect": Part("bench_detect", {"rounds": 1, "frames": 5}),
 }
 
