@@ -13,6 +13,7 @@ import numpy.typing as npt
 from edgefusion.sim import marks, paint
 from edgefusion.sim.kinds.form import varied
 from edgefusion.sim.kinds.kind import Kind, Size
+from edgefusion.sim.kinds.skins import SIGNAL, STONE, TIMBER, WALL, any_skin, around, banded, warned
 from edgefusion.sim.mesh import Part, Texture, box, drum, lathe, placed, plain, prism, standing_box
 from edgefusion.sim.paint import Extent, Rng
 from edgefusion.types import UNKNOWN
@@ -22,90 +23,11 @@ BOLLARD: Size = (0.24, 0.24, 0.95)
 CRATE: Size = (0.56, 0.64, 0.68)
 PILLAR: Size = (0.38, 0.38, 2.05)
 
-SIGNAL = (0xF0641E, 0xE8451A, 0xF2C21C, 0xC8D82A, 0xC81E1E, 0x1E62B4, 0xECECE8, 0x2E9A48, 0x303234)
-STONE = (0x9A9A96, 0xB4B0A6, 0x7C7E80, 0xC8C0B0, 0xA08C78)
-WALL = (0xE4DED0, 0xD0D4D6, 0xC8B898, 0x8FA8A0, 0xB86A50, 0x5A6A80)
-TIMBER = (0xB08858, 0x8C6238, 0xC8A878, 0x6A4A30, 0x7A7468)
-
-
-def _banded(rng: Rng, texture: Texture, count: int) -> Texture:
-    """Reflecting bands around."""
-    h, w = (n / paint.PX_PER_M for n in texture.shape[:2])
-    color, height = paint.pick(rng, (0xF4F4F0, 0xF4F4F0, 0xD0D4D8, 0xF2C21C, 0xC81E1E, 0x202020)), rng.uniform(0.06, 0.14) * h
-    for i in range(count):
-        y = h * (0.16 + 0.6 * (i + rng.uniform(0, 0.2)) / count)
-        marks.rectangle(texture, (0, y, w, height), color)
-        marks.line(texture, [(0, y), (w, y)], paint.lighter(color, 0.6), 0.004)
-    return texture
-
-
-def _warned(rng: Rng, texture: Texture) -> Texture:
-    """Slanting warning stripes, all over or in one band."""
-    h, w = (n / paint.PX_PER_M for n in texture.shape[:2])
-    low, high = (0.0, h) if rng.random() < 0.4 else (rng.uniform(0.1, 0.4) * h, rng.uniform(0.6, 1) * h)
-    light, dark = ((0xF2C21C, 0x181818), (0xF0F0EC, 0xC81E1E), (0xF0F0EC, 0x2A62A8))[int(rng.integers(3))]
-    rect = (0.0, low, w, high - low)
-    marks.rectangle(texture, rect, light)
-    marks.hatched(texture, rect, dark, rng.uniform(0.06, 0.16), rng.uniform(0.5, 1.2) * rng.choice((-1, 1)))
-    return paint.dirt(rng, texture, 0.05)
-
-
-def _posted(rng: Rng, texture: Texture) -> Texture:
-    """Notices stuck on anyhow."""
-    h, w = (n / paint.PX_PER_M for n in texture.shape[:2])
-    for _ in range(int(rng.integers(1, 4))):
-        across, down = rng.uniform(0.4, 0.8) * w, rng.uniform(0.08, 0.2) * h
-        x, y = rng.uniform(0, w - across), rng.uniform(0.05, 0.7) * h
-        marks.rectangle(texture, (x, y, across, down), paint.pick(rng, (0xF2F0E8, 0xE8D84A, 0x50A0C8, 0xD85848)))
-        for i in range(int(rng.integers(2, 6))):
-            line_y = y + down * (0.2 + 0.12 * i)
-            marks.line(texture, [(x + 0.1 * across, line_y), (x + rng.uniform(0.5, 0.9) * across, line_y)], 0x303030)
-    return texture
-
-
-def _two_coloured(rng: Rng, texture: Texture) -> Texture:
-    """The lower part in another colour, a number above."""
-    h, w = (n / paint.PX_PER_M for n in texture.shape[:2])
-    top = rng.uniform(0.35, 0.75) * h
-    color = paint.pick(rng, SIGNAL)
-    marks.rectangle(texture, (0, top, w, h - top), color)
-    words = str(rng.choice(("P2", "A", "C 14", "7", "B3", "12")))
-    marks.text(texture, words, (0.2 * w, top - 0.06), rng.uniform(0.06, 0.12), paint.lighter(color, 0.7), True)
-    return paint.dirt(rng, texture, 0.04)
-
-
-def _skin(rng: Rng, size: Extent) -> Texture:
-    """The surface of something that stands about: any material, often with something painted or stuck on."""
-    material = int(rng.integers(7))
-    if material == 0:
-        texture = paint.concrete(rng, size, paint.pick(rng, STONE))
-    elif material == 1:
-        stone = (rng.uniform(0.16, 0.26), rng.uniform(0.06, 0.09))
-        texture = paint.masonry(rng, size, paint.pick(rng, (0x9C4A34, 0xB8785A, 0x8A8078, 0xC8B48C)), 0xB0A898, stone)
-    elif material == 2:
-        side = rng.uniform(0.08, 0.2)
-        texture = paint.masonry(rng, size, paint.pick(rng, WALL + SIGNAL), 0xD8D8D4, (side, side), 0)
-    elif material == 3:
-        texture = paint.marble(rng, size, paint.pick(rng, STONE + WALL))
-    elif material == 4:
-        texture = paint.wood(rng, size, paint.pick(rng, TIMBER), True)
-    elif material == 5:
-        texture = paint.brushed_metal(rng, size, paint.pick(rng, (0xB4B6B8, 0x8A8C90, 0xA88A5A)))
-    else:
-        texture = paint.dirt(rng, paint.grain(rng, paint.flat(size, paint.pick(rng, WALL + SIGNAL)), 0.03), 0.06)
-    finish = (None, None, _warned, _posted, _two_coloured, None)[int(rng.integers(6))]
-    return finish(rng, texture) if finish is not None else texture
-
-
-def _around(texture: Texture) -> Texture:
-    """A texture of half a turn, put around twice."""
-    return np.concatenate([texture, texture], axis=1)
-
 
 def _polygon(radius: float, sides: int) -> npt.NDArray[np.float64]:
     """A regular outline [sides, 2] with that distance from its middle to its sides, one of them in front."""
     turns = (np.arange(sides) + 0.5) * 2 * np.pi / sides
-    return radius / np.cos(np.pi / sides) * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    return np.asarray(radius / np.cos(np.pi / sides) * np.stack([np.cos(turns), np.sin(turns)], axis=1))
 
 
 def traffic_cone(rng: Rng) -> list[Part]:
@@ -116,7 +38,7 @@ def traffic_cone(rng: Rng) -> list[Part]:
     tip = rng.uniform(0.2, 0.75) * radius
     color = paint.pick(rng, SIGNAL)
     skin = paint.plastic(rng, (np.pi * radius, height), color)
-    skin = _warned(rng, skin) if rng.random() < 0.15 else _banded(rng, skin, int(rng.integers(0, 4)))
+    skin = warned(rng, skin) if rng.random() < 0.15 else banded(rng, skin, int(rng.integers(0, 4)))
     steps = int(rng.integers(0, 4))  # a drum narrows in steps, a cone evenly
     body = [(radius, foot), (0.94 * radius, foot + 0.04)]
     for i in range(steps):
@@ -132,7 +54,7 @@ def traffic_cone(rng: Rng) -> list[Part]:
         prism(_polygon(width / 2, 8), 0, foot, rubber),
         standing_box((width, width, foot), rubber),
     )
-    return [*feet[shape], lathe(body, _around(skin), 24)]
+    return [*feet[shape], lathe(body, around(skin), 24)]
 
 
 def _bollard_head(rng: Rng, radius: float, z: float, height: float) -> list[tuple[float, float]]:
@@ -158,12 +80,12 @@ def bollard(rng: Rng) -> list[Part]:
     foot = rng.uniform(0.02, 0.08)
     waist = rng.uniform(0.82, 1.0) * radius
     across = np.pi * radius if sides == 0 else 2 * waist * np.tan(np.pi / sides)
-    skin = _skin(rng, (max(0.12, across), z))
+    skin = any_skin(rng, (max(0.12, across), z))
     if rng.random() < 0.4:
-        skin = _banded(rng, skin, int(rng.integers(1, 4)))
+        skin = banded(rng, skin, int(rng.integers(1, 4)))
     metal = plain(paint.pick(rng, SIGNAL + STONE))
     if sides == 0:
-        parts = [*drum(radius, 0, foot, metal, segments=24), lathe([(waist, foot), (waist, z)], _around(skin), 24)]
+        parts = [*drum(radius, 0, foot, metal, segments=24), lathe([(waist, foot), (waist, z)], around(skin), 24)]
     else:
         parts = prism(_polygon(radius, sides), 0, foot, metal) + prism(_polygon(waist, sides), foot, z, skin, metal)
     return [*parts, lathe(_bollard_head(rng, waist, z, head), metal, 20)]
@@ -188,7 +110,7 @@ def _planked(rng: Rng, size: Extent) -> Texture:
             marks.disc(texture, (x + beam / 2, y), 0.006, 0x2A2622)
     if rng.random() < 0.5:
         words = str(rng.choice(("FRAGILE", "LOT 7", "THIS SIDE UP", "PART 0412", "24 KG")))
-        marks.text(texture, words, (1.3 * beam, 0.6 * h), min(0.08, 1.1 * w / len(words)), 0x241C18, True)
+        marks.text(texture, words, (1.3 * beam, 0.6 * h), min(0.08, (w - 2.6 * beam) / len(words)), 0x241C18, True)
     return paint.edged(texture, 0.01)
 
 
@@ -218,8 +140,10 @@ def _moulded(rng: Rng, size: Extent) -> Texture:
 
 
 def _sheeted(rng: Rng, size: Extent) -> Texture:
-    """Plywood, sheet metal or fibreboard with a panel and perhaps notices."""
-    texture = _skin(rng, size)
+    """Plywood, sheet metal or cement, perhaps with warning stripes or a panel."""
+    sheets = (paint.wood, paint.brushed_metal, paint.painted_metal, paint.concrete)
+    texture = sheets[int(rng.integers(4))](rng, size, paint.pick(rng, TIMBER + STONE + WALL))
+    texture = warned(rng, texture) if rng.random() < 0.2 else texture
     if rng.random() < 0.6:
         marks.panel(texture, (0.1 * size[0], 0.1 * size[1], 0.8 * size[0], 0.8 * size[1]), 0.006)
     return paint.edged(texture)
@@ -229,14 +153,12 @@ def _one_crate(rng: Rng, size: Size, z: float) -> list[Part]:
     """A closed box in one of the styles, its edges perhaps strengthened."""
     depth, width, height = size
     make = (_planked, _planked, _cased, _moulded, _sheeted)[int(rng.integers(5))]
-    front, side = make(rng, (width, height)), make(rng, (depth, height))
-    faces = {"front": front, "back": front, "left": side, "right": side}
-    lid = paint.toned(front, 0.9)
+    wall = make(rng, (width, height))
     if rng.random() < 0.5:
-        return standing_box(size, lid, faces, z)
-    post = plain(paint.pick(rng, TIMBER + (0x5A5C60, 0x202224)))
+        return standing_box(size, wall, z=z)
+    post = plain(paint.pick(rng, (*TIMBER, 0x5A5C60, 0x202224)))
     t = rng.uniform(0.03, 0.06)
-    parts = standing_box((depth - t, width - t, height), lid, faces, z)
+    parts = standing_box((depth - t, width - t, height), wall, z=z)
     for x in (-1, 1):
         for y in (-1, 1):
             parts += box((t, t, height), (x * (depth - t) / 2, y * (width - t) / 2, z + height / 2), post)
@@ -261,11 +183,11 @@ def pillar(rng: Rng) -> list[Part]:
     shaft = radius * (rng.uniform(0.85, 0.95) if base or cap else 1.0)
     sides = int(rng.choice(np.array((0, 0, 4, 4, 8))))
     across = np.pi * shaft if sides == 0 else 2 * shaft * np.tan(np.pi / sides)
-    skin = _skin(rng, (across, height - base - cap))
+    skin = any_skin(rng, (across, height - base - cap))
     stone = paint.concrete(rng, (0.3, 0.15), paint.pick(rng, STONE + WALL))
     z0, z1 = base, height - cap
     if sides == 0:
-        parts = drum(shaft, z0, z1, _around(skin), stone, 28)
+        parts = drum(shaft, z0, z1, around(skin), stone, 28)
     else:
         parts = prism(_polygon(shaft, sides), z0, z1, skin, stone)
     for low, high in ((0.0, base), (z1, height)):
