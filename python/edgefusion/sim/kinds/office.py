@@ -15,7 +15,7 @@ from edgefusion.sim.paint import Rng
 BOOKCASE: Size = (0.34, 0.92, 1.75)
 FILING_CABINET: Size = (0.58, 0.46, 1.25)
 DESK: Size = (0.70, 1.40, 1.16)
-PHOTOCOPIER: Size = (0.62, 0.60, 1.08)
+PHOTOCOPIER: Size = (0.62, 0.66, 1.05)
 REFRIGERATOR: Size = (0.64, 0.62, 1.62)
 
 _WOODS = (0x8A5A34, 0xA8784C, 0x5E3C24, 0xC09A68, 0xD8C6A4)
@@ -178,36 +178,85 @@ def _lamp(rng: Rng, height: float) -> list[Part]:
     return parts + placed(head, (0.13, 0, height))
 
 
-def photocopier(rng: Rng) -> list[Part]:
-    """A floor-standing copier: paper trays below, the output bay, a lid, a panel with keys."""
-    depth, width, height = varied(rng, PHOTOCOPIER, 0.14)
-    color = paint.pick(rng, (0xDCDAD2, 0xC8CACA, 0xE6E4DE, 0xB8B4A8), 0.03)
-    shell = paint.plastic(rng, (width, height), color)
-    face = shell.copy()
-    dark = 0x3A3E44
-    bay = (0.05 * width, 0.17 * height, 0.9 * width, 0.16 * height)
-    marks.rectangle(face, bay, 0x1C1E20)
-    marks.rectangle(face, (bay[0] + 0.05, bay[1] + 0.75 * bay[3], bay[2] - 0.2, 0.02), 0xF4F4F0)
-    trays = int(rng.integers(3, 5))
-    below = 0.40 * height
-    pitch = (height - below - 0.05) / trays
+def _paper_trays(rng: Rng, shell: Texture, width: float, height: float, dark: int) -> Texture:
+    """The front of a copier below its output bay: a door to the toner, then drawers of paper with grips."""
+    face = shell[: paint.px(height)].copy()
+    trays = int(rng.integers(2, 5))
+    door = rng.uniform(0.24, 0.32) * height
+    marks.panel(face, (0.02, 0.015, width - 0.04, door - 0.02), 0.004)
+    marks.rectangle(face, (width / 2 - 0.05, 0.02, 0.1, 0.018), dark)
+    pitch = (height - door - 0.04) / trays
     for i in range(trays):
-        y = below + i * pitch
-        marks.panel(face, (0.03, y, width - 0.06, pitch - 0.01), 0.005)
-        marks.rectangle(face, (width / 2 - 0.09, y + 0.3 * pitch, 0.18, 0.03), dark)
-        marks.text(face, str(i + 1), (width - 0.1, y + 0.7 * pitch), 0.025, dark)
-    marks.rectangle(face, (0, 0.05 * height, width, 0.09 * height), dark)
-    parts = standing_box((depth, width, 0.92 * height), shell, {"front": face})
-    lid = paint.plastic(rng, (width, depth), paint.lighter(color, 0.9))
-    parts += box((0.82 * depth, 0.96 * width, 0.08 * height), (-0.07 * depth, 0, 0.96 * height), lid)
-    panel = paint.plastic(rng, (0.9 * width, 0.12), dark)
-    marks.rectangle(panel, (0.06, 0.02, 0.14, 0.08), 0x7AA8C0)
+        y = door + i * pitch
+        marks.panel(face, (0.02, y, width - 0.04, pitch - 0.008), 0.004)
+        grip = (width / 2 - 0.08, y + 0.32 * pitch, 0.16, 0.035)
+        marks.rectangle(face, grip, dark)
+        marks.rectangle(face, (grip[0], grip[1] + 0.022, grip[2], 0.013), paint.lighter(dark, 1.8))
+        marks.rectangle(face, (width - 0.12, y + 0.3 * pitch, 0.06, 0.045), 0xF4F4F0)
+        marks.text(face, f"{i + 1}", (width - 0.1, y + 0.3 * pitch + 0.036), 0.026, 0x303438, bold=True)
+    marks.rectangle(face, (0, height - 0.04, width, 0.04), dark)
+    return face
+
+
+def _control_panel(rng: Rng, width: float, depth: float, dark: int) -> Texture:
+    """Touch screen, number keys, the green key that starts it."""
+    panel = paint.plastic(rng, (width, depth), dark)
+    marks.rectangle(panel, (0.05 * width, 0.15 * depth, 0.42 * width, 0.7 * depth), 0x8CC0D8)
+    for i in range(3):
+        marks.rectangle(panel, (0.08 * width + 0.13 * i * width, 0.3 * depth, 0.1 * width, 0.3 * depth), 0xE8F0F4)
     for i in range(12):
-        marks.button(panel, (0.24 + 0.03 * (i % 4), 0.02 + 0.03 * (i // 4), 0.018, 0.018), 0xD8D8D0)
-    marks.button(panel, (0.40, 0.03, 0.05, 0.05), 0x30A050)
-    x, z = depth / 2 - 0.06, 0.92 * height
-    parts += box((0.12, 0.9 * width, 0.03), (x, 0, z + 0.015), plain(dark), {"top": panel})
-    return parts
+        at = ((0.54 + 0.07 * (i % 3)) * width, (0.12 + 0.2 * (i // 3)) * depth)
+        marks.button(panel, (*at, 0.05 * width, 0.12 * depth), 0xD8D8D0)
+    marks.disc(panel, (0.86 * width, 0.6 * depth), 0.2 * depth, 0x28A850)
+    marks.disc(panel, (0.86 * width, 0.22 * depth), 0.1 * depth, 0xD04030)
+    return panel
+
+
+def _slanting(size: Size, at: Size, slope: float, texture: Texture, faces: dict[str, Texture]) -> list[Part]:
+    """A plate about `at`, tipped by `slope` [rad] so that its front edge is the lower one."""
+    c, s = float(np.cos(slope)), float(np.sin(slope))
+    return placed(box(size, (0, 0, 0), texture, faces), at, rotation=((c, 0, s), (0, 1, 0), (-s, 0, c)))
+
+
+def photocopier(rng: Rng) -> list[Part]:
+    """A floor-standing copier: paper trays, the bay where copies come out, the scanner, a feeder on top."""
+    depth, width, height = varied(rng, PHOTOCOPIER, 0.14)
+    color = paint.pick(rng, (0xDCDAD2, 0xC8CACA, 0xE6E4DE, 0xC8C4B4), 0.03)
+    dark = paint.pick(rng, (0x3A3E44, 0x4A5460, 0x2A2C30, 0x6A7078), 0.03)
+    shell = paint.plastic(rng, (width, height), color)
+    plain_shell, plain_dark = plain(color), plain(dark)
+    low, bay, scanner = 0.53 * height, 0.17 * height, 0.12 * height
+    side = shell.copy()
+    marks.slots(side, (0.1 * width, 0.45 * height, 0.3 * width, 0.1 * height), 6)
+    face = _paper_trays(rng, shell, width, low, dark)
+    parts = standing_box((depth, width, low), side, {"front": face, "top": plain_dark})
+    hollow = paint.shaded(paint.flat((width, bay), 0x2A2C30), 0.3, 1.2)
+    parts += box((0.4 * depth, width, bay), (-0.3 * depth, 0, low + bay / 2), plain_shell, {"front": hollow})
+    pillar = 0.14 * width
+    parts += box((0.9 * depth, pillar, bay), (-0.05 * depth, (pillar - width) / 2, low + bay / 2), plain_shell)
+    parts += box((0.45 * depth, 0.5 * width, 0.015), (0.2 * depth, 0.05 * width, low + 0.03), plain(0xF6F6F2))
+    z = low + bay
+    parts += box((0.94 * depth, width, scanner), (-0.03 * depth, 0, z + scanner / 2), shell)
+    panel = _control_panel(rng, 0.9 * width, 0.17, dark)
+    tipped = (0.42 * depth, 0, z + 0.75 * scanner)
+    parts += _slanting((0.17, 0.9 * width, 0.035), tipped, 0.5, plain_dark, {"top": panel, "front": plain_shell})
+    return parts + placed(
+        _feeder(rng, 0.72 * depth, width, height - z - scanner, color), (-0.14 * depth, 0, z + scanner)
+    )
+
+
+def _feeder(rng: Rng, depth: float, width: float, height: float, color: int) -> list[Part]:
+    """The lid over the glass with the document feeder at its left, originals lying in its tray."""
+    cover, paper = plain(paint.lighter(color, 0.92)), plain(0xF8F8F4)
+    parts = standing_box((depth, 0.98 * width, 0.35 * height), cover)
+    housing = paint.plastic(rng, (0.36 * width, height), paint.lighter(color, 0.8))
+    parts += box(
+        (0.9 * depth, 0.36 * width, 0.65 * height), (0, 0.3 * width, 0.675 * height), cover, {"front": housing}
+    )
+    tray = ((1, 0, 0), (0, np.cos(0.2), np.sin(0.2)), (0, -np.sin(0.2), np.cos(0.2)))
+    sheets = box((0.75 * depth, 0.5 * width, 0.02), (0, 0, 0), cover)
+    sheets += box((0.6 * depth, 0.42 * width, 0.012), (0, 0.03, 0.016), paper)
+    return parts + placed(sheets, (0, -0.12 * width, 0.7 * height), rotation=tray)
 
 
 def refrigerator(rng: Rng) -> list[Part]:
