@@ -14,6 +14,7 @@
 #include "edgefusion/dbscan.hpp"
 #include "edgefusion/nearest_range.hpp"
 #include "edgefusion/projection.hpp"
+#include "edgefusion/raycast.hpp"
 
 using namespace edgefusion;
 
@@ -40,10 +41,12 @@ struct Output {
   std::vector<std::uint8_t> marks = std::vector<std::uint8_t>(600);
   std::vector<std::int32_t> boxes;
   double range_m = 0;
+  std::vector<double> ranges = std::vector<double>(90);
+  std::vector<std::int32_t> hits = std::vector<std::int32_t>(90);
 
   bool operator==(const Output& other) const {
     return labels == other.labels && crops == other.crops && marks == other.marks && boxes == other.boxes &&
-           range_m == other.range_m;
+           range_m == other.range_m && ranges == other.ranges && hits == other.hits;
   }
 };
 
@@ -69,6 +72,8 @@ Output run(const Input& input) {
   out.boxes = {box.x0, box.y0, box.x1, box.y1, index};
 
   out.range_m = nearest_range(input.points.data(), 50, 0.01).range_m;
+  raycast(input.points.data(), input.points.size() / 4, {10, 10, 0}, {0, 0.07, 90, 20}, out.ranges.data(),
+          out.hits.data());
   return out;
 }
 
