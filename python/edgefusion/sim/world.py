@@ -45,7 +45,7 @@ class World:
     """A place to drive in.
 
     floor: one of building.FLOORS. ceiling_m: its height, None under the sky. start, goal: of the robot; route: the
-    points it is driven along on the way, where nobody navigates.
+    points it is driven along on the way, where nobody navigates. description: one line about it.
     """
 
     name: str
@@ -57,3 +57,4 @@ class World:
     start: Pose2D
     goal: Pose2D
     route: tuple[Point, ...]
+    description: str = ""
