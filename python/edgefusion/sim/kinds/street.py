@@ -4,18 +4,26 @@
 
 from __future__ import annotations
 
+from typing import Tuple
+
 import numpy as np
 
 from edgefusion.sim import marks, paint
-from edgefusion.sim.kinds.form import castors, forward, varied
+from edgefusion.sim.kinds.form import bar, castors, forward, varied
 from edgefusion.sim.kinds.kind import Kind, Size
-from edgefusion.sim.mesh import Part, Texture, box, drum, lathe, placed, plain, standing_box
+from edgefusion.sim.mesh import Part, Texture, box, drum, lathe, placed, plain, prism, scaled, standing_box
 from edgefusion.sim.paint import Rng
 
 TRAFFIC_LIGHT: Size = (0.42, 0.44, 1.52)
+ASHCAN: Size = (0.46, 0.46, 0.92)
+MAILBOX: Size = (0.52, 0.50, 1.28)
+PARKING_METER: Size = (0.20, 0.21, 1.16)
 
 _LAMPS = ((0xFF2A1A, 0x3A0A08), (0xFFB010, 0x3A2A08), (0x2CFFA0, 0x08301E))
 """Red, amber, green, each (lit, dark)."""
+
+_Row = Tuple[float, float, float]
+Rotation = Tuple[_Row, _Row, _Row]
 
 
 def _lens(rng: Rng, color: int, dark: int, lit: bool) -> Texture:
@@ -101,4 +109,155 @@ def traffic_light(rng: Rng) -> list[Part]:
     return parts + placed(head, (pole_x + 0.04 + head_depth, 0, height - head_h))
 
 
-KINDS = (Kind("traffic light", "traffic light", TRAFFIC_LIGHT, traffic_light),)
+def _bin_side(rng: Rng, radius: float, height: float, color: int) -> Texture:
+    """What runs around a litter bin: upright slats, ribs or holes between two bands."""
+    around = 2 * np.pi * radius
+    wrap = paint.painted_metal(rng, (around, height), color)
+    pattern = int(rng.integers(3))
+    low, high, count = 0.1 * height, 0.8 * height, int(rng.integers(22, 34))
+    for i in range(count):
+        x = around * i / count
+        if pattern == 0:
+            marks.rectangle(wrap, (x, low, 0.35 * around / count, high), paint.lighter(color, 0.25))
+        elif pattern == 1:
+            marks.rectangle(wrap, (x, low, 0.3 * around / count, high), paint.lighter(color, 0.65))
+            marks.rectangle(
+                wrap, (x + 0.3 * around / count, low, 0.15 * around / count, high), paint.lighter(color, 1.3)
+            )
+        else:
+            for row in range(14):
+                at = (x + (0.25 + 0.5 * (row % 2)) * around / count, low + (row + 0.5) * high / 14)
+                marks.disc(wrap, at, 0.014, paint.lighter(color, 0.2))
+    if rng.random() < 0.6:
+        plate = (around / 2 - 0.13, 0.3 * height, 0.26, 0.09)
+        marks.label(wrap, str(rng.choice(("LITTER", "TRASH", "WASTE"))), plate, 0xE8E8E0, paint.lighter(color, 0.7))
+    return wrap
+
+
+def ashcan(rng: Rng) -> list[Part]:
+    """A round litter bin, open above its rim or under a dome with a flap."""
+    depth, width, height = varied(rng, ASHCAN)
+    radius = 0.5
+    color = paint.pick(rng, (0x2E5A38, 0x3A4048, 0x24343C, 0x8A9094, 0x4A3A30, 0x30507A))
+    domed = bool(rng.random() < 0.5)
+    body = rng.uniform(0.72, 0.78) * height if domed else height
+    wrap = _bin_side(rng, 0.5 * width, body, color)
+    band, dark = plain(paint.lighter(color, 0.8)), plain(0x0E0F10)
+    taper = rng.uniform(0.84, 0.95) * radius
+    parts = [
+        lathe([(0, 0), (taper, 0), (taper * 1.01, 0.05)], band, 28),
+        lathe([(taper, 0.05), (0.97 * radius, body - 0.05)], wrap, 28),
+        lathe([(0.97 * radius, body - 0.06), (radius, body - 0.045), (radius, body), (0.9 * radius, body)], band, 28),
+    ]
+    if domed:
+        parts += _dome(rng, radius, body, height, color)
+    else:
+        parts.append(lathe([(0.9 * radius, body), (0.86 * radius, body - 0.12), (0, body - 0.12)], dark, 28))
+    seam_behind = placed(parts, yaw=np.pi)
+    return scaled(seam_behind, (depth, width, 1))
+
+
+def _dome(rng: Rng, radius: float, z0: float, z1: float, color: int) -> list[Part]:
+    """A lid with four mouths, each under a flap that says what to put in."""
+    lid = paint.painted_metal(rng, (1.4, z1 - z0), paint.lighter(color, rng.uniform(0.85, 1.15)))
+    for i in range(4):
+        x = (i + 0.5) * 0.35 - 0.11
+        marks.rectangle(lid, (x, 0.5 * (z1 - z0), 0.22, 0.36 * (z1 - z0)), 0x0C0D0E)
+        marks.frame(lid, (x, 0.5 * (z1 - z0), 0.22, 0.36 * (z1 - z0)), paint.lighter(color, 1.5), 0.008)
+    turns = np.linspace(0, np.pi / 2, 7)
+    arc = [(0.97 * radius * float(np.cos(t)), z0 + 0.4 * (z1 - z0) + 0.6 * (z1 - z0) * float(np.sin(t))) for t in turns]
+    return [lathe([(0.97 * radius, z0), *arc], lid, 28)]
+
+
+ALONG_X = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+ALONG_Y = ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
+"""What turns an upright prism so that it lies along an axis, its outline's second coordinate upwards."""
+
+
+def _arched(width: float, height: float, axis: Rotation, length: float, skin: Texture, face: Texture) -> list[Part]:
+    """A body `length` long, under a half-circle between upright sides; `face`: what closes it at both ends."""
+    turns = np.linspace(0, np.pi, 15)
+    straight = height - width / 2
+    arc = [(width / 2 * float(np.cos(t)), straight + width / 2 * float(np.sin(t))) for t in turns]
+    outline = [(-width / 2, 0.0), (width / 2, 0.0), *arc]
+    return placed(prism(outline, -length / 2, length / 2, skin, np.ascontiguousarray(face[::-1])), rotation=axis)
+
+
+def _letter_front(rng: Rng, width: float, height: float, color: int) -> Texture:
+    """Below the mouth of a letter box: its sign, the notice with the hours, the door for the collection."""
+    ink = 0xF4F4F0 if sum(paint.bgr(color)) < 420 else 0x202430
+    face = paint.painted_metal(rng, (width, height), color)
+    marks.text(face, str(rng.choice(("MAIL", "POST", "LETTERS"))), (0.1 * width, 0.2 * height), 0.065, ink, bold=True)
+    marks.rectangle(face, (0.1 * width, 0.23 * height, 0.8 * width, 0.012), ink)
+    notice = (0.3 * width, 0.29 * height, 0.4 * width, 0.2 * height)
+    marks.rectangle(face, notice, 0xF4F4EE)
+    for i in range(6):
+        x, y = notice[0] + 0.015, notice[1] + (i + 1) * notice[3] / 7
+        marks.line(face, [(x, y), (x + rng.uniform(0.5, 1) * (notice[2] - 0.03), y)], 0x404858, 0.005)
+    door = (0.08 * width, 0.54 * height, 0.84 * width, 0.42 * height)
+    marks.panel(face, door, 0.006)
+    marks.rings(face, (0.82 * width, 0.66 * height), [(0.018, 0x202020), (0.013, 0xC8CCD0), (0.004, 0x101010)])
+    return face
+
+
+def mailbox(rng: Rng) -> list[Part]:
+    """A street letter box with a round top, a flap to pull down, a sign and a notice."""
+    depth, width, height = varied(rng, MAILBOX)
+    color = paint.pick(rng, (0x1C3C8C, 0x24489C, 0x1C3C8C, 0xB81C20, 0xE0B010), 0.03)
+    foot, shell = 0.07, plain(color)
+    side = paint.painted_metal(rng, (depth, height - foot), color)
+    marks.frame(side, (0.06 * depth, 0.3 * height, 0.88 * depth, 0.55 * height), paint.lighter(color, 0.7), 0.008)
+    parts = _arched(0.94 * depth, height - foot, ALONG_Y, width, shell, side)
+    parts = placed(parts, (0, 0, foot))
+    straight = height - foot - 0.47 * depth
+    front = _letter_front(rng, width, straight, color)
+    parts += box((0.012, 0.98 * width, straight), (0.47 * depth, 0, foot + straight / 2), shell, {"front": front})
+    flap = paint.painted_metal(rng, (0.86 * width, 0.2), paint.lighter(color, 1.1))
+    marks.panel(flap, (0, 0, 0.86 * width, 0.2), 0.008)
+    z = foot + straight + 0.04
+    parts += box((0.07, 0.86 * width, 0.2), (0.46 * depth - 0.02, 0, z), shell, {"front": flap})
+    parts += bar(0.4 * width, 0.018, (0.46 * depth + 0.015, 0, z + 0.05), plain(paint.lighter(color, 0.6)), 0.03)
+    return parts + standing_box((0.9 * depth, 0.94 * width, foot), plain(0x24262A))
+
+
+def _meter_face(rng: Rng, width: float, height: float, color: int) -> Texture:
+    """A parking meter's front: a dial behind glass in the round top, a coin slot, a plate, a door."""
+    face = paint.painted_metal(rng, (width, height), color)
+    middle, radius = width / 2, 0.40 * width
+    dial = (middle, width / 2)
+    marks.rings(face, dial, [(radius * 1.12, 0x1A1C1E), (radius, 0xE8ECE4)])
+    marks.rectangle(face, (middle - radius, dial[1] + 0.2 * radius, 2 * radius, 0.4 * radius), 0x3A4248)
+    for turn in np.linspace(np.pi, 2 * np.pi, 7):
+        c, s = float(np.cos(turn)), float(np.sin(turn))
+        marks.line(face, [(middle + r * radius * c, dial[1] + r * radius * s) for r in (0.7, 0.9)], 0x202428, 0.004)
+    turn = rng.uniform(np.pi, 2 * np.pi)
+    tip = (middle + 0.75 * radius * float(np.cos(turn)), dial[1] + 0.75 * radius * float(np.sin(turn)))
+    marks.line(face, [dial, tip], 0xC02820, 0.006)
+    low = width
+    marks.rectangle(face, (0.2 * width, low + 0.03 * height, 0.6 * width, 0.1 * height), 0xF0E8C0)
+    marks.text(face, str(rng.choice(("2 HOUR", "1 HOUR", "PAY"))), (0.24 * width, low + 0.11 * height), 0.022, 0x202428)
+    marks.rings(face, (middle, low + 0.24 * height), [(0.16 * width, 0x707478), (0.13 * width, 0xC8CCD0)])
+    marks.rectangle(face, (middle - 0.004, low + 0.2 * height, 0.008, 0.08 * height), 0x101214)
+    marks.panel(face, (0.1 * width, low + 0.36 * height, 0.8 * width, 0.5 * (height - low)), 0.004)
+    return face
+
+
+def parking_meter(rng: Rng) -> list[Part]:
+    """A parking meter: a round-topped head on a thin pole."""
+    depth, width, height = varied(rng, PARKING_METER)
+    color = paint.pick(rng, (0x6A7278, 0x8C9498, 0x3A444C, 0x9C9080, 0x4A5A50), 0.04)
+    head, radius = rng.uniform(0.42, 0.48), rng.uniform(0.026, 0.034)
+    pole = paint.painted_metal(rng, (0.2, height), paint.pick(rng, (0x7A8084, 0x9CA0A2, 0x50565A)))
+    parts = drum(radius, 0.02, height - head, pole, segments=12)
+    parts += drum(0.5 * width, 0, 0.02, plain(0x5A5E62), segments=16)
+    parts += placed(drum(1.5 * radius, 0, 0.05, pole, segments=12), (0, 0, height - head - 0.05))
+    face = _meter_face(rng, width, head, color)
+    return parts + placed(_arched(width, head, ALONG_X, 0.7 * depth, plain(color), face), (0, 0, height - head))
+
+
+KINDS = (
+    Kind("traffic light", "traffic light", TRAFFIC_LIGHT, traffic_light),
+    Kind("ashcan", "ashcan", ASHCAN, ashcan),
+    Kind("mailbox", "mailbox", MAILBOX, mailbox),
+    Kind("parking meter", "parking meter", PARKING_METER, parking_meter),
+)
