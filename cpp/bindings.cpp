@@ -28,6 +28,7 @@
 #include "edgefusion/projection.hpp"
 #include "edgefusion/raycast.hpp"
 #include "edgefusion/refuse.hpp"
+#include "edgefusion/split.hpp"
 
 namespace py = pybind11;
 using namespace edgefusion;
@@ -194,6 +195,29 @@ py::array_t<std::int32_t> py_dbscan(const py::object& cloud, double eps, int min
   return labels;
 }
 
+py::array_t<std::int32_t> py_split_clusters(const py::object& cloud, const py::object& clusters,
+                                            double sigma_m, double eps, int min_points) {
+  const Array<double> points = rows_of("points", cloud, 2);
+  const py::array given = array_of("labels", clusters);
+  if (given.dtype().kind() != 'i') refuse("labels: expected integers, got ", type_of(given));
+  if (given.ndim() != 1 || given.shape(0) != points.shape(0))
+    refuse("labels: expected shape [", points.shape(0), "], got ", shape_of(given));
+  const Array<std::int64_t> wide = Array<std::int64_t>::ensure(given);
+  const auto n = static_cast<std::size_t>(points.shape(0));
+  py::array_t<std::int32_t> labels(points.shape(0));
+  const double* in = points.data();
+  std::int32_t* out = labels.mutable_data();
+  std::transform(wide.data(), wide.data() + n, out, [](std::int64_t label) {
+    return static_cast<std::int32_t>(
+        std::clamp<std::int64_t>(label, -2, std::numeric_limits<std::int32_t>::max()));
+  });
+  {
+    py::gil_scoped_release release;
+    split_clusters(in, n, {sigma_m, eps, min_points}, out);
+  }
+  return labels;
+}
+
 py::tuple py_project(const py::object& cloud, const Camera& camera, const py::object& T_camera_laser) {
   const Array<double> points = rows_of("points", cloud, 3);
   const Eigen::Matrix4d T = matrix<4, 4>("T_camera_laser", T_camera_laser);
@@ -348,6 +372,9 @@ PYBIND11_MODULE(_core, m) {
         py::arg("width_step") = 0.0, py::arg("on_ground") = true, py::arg("min_visible") = 0.25);
 
   m.def("nearest_range", &py_nearest_range, py::arg("ranges_m"), py::arg("sigma_m"));
+
+  m.def("split_clusters", &py_split_clusters, py::arg("points"), py::arg("labels"), py::arg("sigma_m"),
+        py::arg("eps"), py::arg("min_points"));
 
   m.def("raycast", &py_raycast, py::arg("segments"), py::arg("pose"), py::arg("angle_min"),
         py::arg("angle_increment"), py::arg("n"), py::arg("range_max"));

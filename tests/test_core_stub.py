@@ -72,6 +72,7 @@ CALLS = {
         MANY[:, 0], MANY[:, 1], 0.01, CAMERA, T_CAMERA_LASER, TO_GROUND, 640, 480, [1.0]
     ),
     "nearest_range": lambda: _core.nearest_range(MANY[:, 0], 0.01),
+    "split_clusters": lambda: _core.split_clusters(MANY[:2000, :2], np.zeros(2000, int), 0.01, 0.3, 3),
     "raycast": lambda: _core.raycast(np.hstack([MANY[:, :2], MANY[:, :2] + 0.1]), [5, 5, 0], 0, 0.01, 600, 20),
     "crops": lambda: _core.crops(np.zeros((500, 500, 3), np.uint8), [[0, 0, 500, 500]] * 9, 256, [0] * 3, [1] * 3),
 }

@@ -34,6 +34,20 @@ def dbscan(points: _Floats, eps: float, min_points: int) -> npt.NDArray[np.int32
     Raises ValueError for a coordinate that is not finite, eps <= 0 or min_points < 1.
     """
 
+def split_clusters(
+    points: _Floats, labels: npt.NDArray[np.signedinteger[Any]], sigma_m: float, eps: float, min_points: int
+) -> npt.NDArray[np.int32]:
+    """Clusters int32[n] in which something stands before a straight face, split: an object at a wall, or beside a
+    deeper one.
+
+    points [n, 2] in the laser's frame [m], in the order of the beams; labels [n] as `dbscan` gives them; sigma_m: the
+    noise of a beam. A single object is convex as the laser sees it: no point is nearer than the line along one of its
+    faces. Where some are, the face becomes a cluster, and the rest is clustered again by eps and min_points.
+    A cluster keeps its label for one of its parts; the others get new ones.
+
+    Raises ValueError for a coordinate that is not finite, a label that is none, sigma_m or eps <= 0, min_points < 1.
+    """
+
 class Camera:
     """OpenCV's camera: pinhole with radial, tangential, thin prism and tilt distortion."""
 

@@ -51,6 +51,8 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     features: Literal["xy", "yr"] = "xy"
     eps_m: UpTo10 = 0.3
     min_points: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
+    # Part an object from the wall that it stands at, or from a deeper one beside it; the paper does not.
+    split: bool = True
     # Wider clusters are walls: background, never named.
     max_object_width_m: UpTo100 = 3.0
     # The nearest clusters that project into the image; the paper takes 1.

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Neighbouring beams that hit one thing: DBSCAN over a scan, steps 2 and 4 of the paper."""
+"""Neighbouring beams that hit one thing: DBSCAN over a scan, steps 2 and 4 of the paper; what touches is split."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-from edgefusion._core import dbscan
+from edgefusion._core import dbscan, split_clusters
 from edgefusion.config import PerceptionConfig
 from edgefusion.types import Cluster, Scan
 
@@ -31,6 +31,8 @@ def find_clusters(scan: Scan, config: PerceptionConfig) -> list[Cluster]:
     points = polar_to_plane(ranges_m[beams], angles[beams])
     features = points if config.features == "xy" else np.stack([points[:, 1], ranges_m[beams]], axis=1)
     labels = dbscan(features, config.eps_m, config.min_points)
+    if config.split:
+        labels = split_clusters(points, labels, config.range_sigma_m, config.eps_m, config.min_points)
     return _nearest_first(labels, beams, points, ranges_m, angles)
 
 
