@@ -4,10 +4,19 @@
 
 from __future__ import annotations
 
-from edgefusion.sim.kinds import car, joystick, lab, nameless, office, store, street
+from edgefusion.sim.kinds import appliances, car, joystick, lab, nameless, office, store, street
 from edgefusion.sim.kinds.kind import Kind
 
-_FAMILIES = (lab.KINDS, joystick.KINDS, office.KINDS, store.KINDS, street.KINDS, car.KINDS, nameless.KINDS)
+_FAMILIES = (
+    lab.KINDS,
+    joystick.KINDS,
+    appliances.KINDS,
+    office.KINDS,
+    store.KINDS,
+    street.KINDS,
+    car.KINDS,
+    nameless.KINDS,
+)
 
 CATALOGUE: dict[str, Kind] = {kind.name: kind for family in _FAMILIES for kind in family}
 """Every kind by its name."""

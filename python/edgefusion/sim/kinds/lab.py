@@ -5,19 +5,20 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from edgefusion.sim import marks, paint
 from edgefusion.sim.kinds.form import castors, forward, knob, varied
 from edgefusion.sim.kinds.kind import Kind, Size
-from edgefusion.sim.mesh import Part, Texture, box, lathe, placed, plain, standing_box
+from edgefusion.sim.mesh import Part, Texture, lathe, placed, plain, standing_box
 from edgefusion.sim.paint import Rng
 
 OSCILLOSCOPE: Size = (0.46, 0.50, 0.66)
 LOUDSPEAKER: Size = (0.34, 0.30, 0.98)
-SPACE_HEATER: Size = (0.24, 0.46, 0.62)
+Samples = npt.NDArray[np.float64]
 
 
-def _trace(rng: Rng, t: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def _trace(rng: Rng, t: Samples) -> Samples:
     """One wave in -1..1 over t in 0..1."""
     phase = 2 * np.pi * (rng.uniform(1.5, 5) * t + rng.uniform())
     wave = np.sin(phase)
@@ -74,7 +75,9 @@ def _scope_face(rng: Rng, width: float, height: float, color: int) -> tuple[Text
         at_x = margin + (i + 0.2) * screen_w / keys
         marks.button(face, (at_x, top + screen_h + 0.06 * height, 0.4 * screen_w / keys, 0.035 * height), 0xD8D4C8)
     for x in (right + 0.5 * step, right + 1.5 * step, right + 2.5 * step):
-        marks.rings(face, (x, 0.92 * height), [(0.016, 0x1A1A1A), (0.013, 0xC8CACC), (0.007, 0x1A1A1A), (0.003, 0xD0B060)])
+        marks.rings(
+            face, (x, 0.92 * height), [(0.016, 0x1A1A1A), (0.013, 0xC8CACC), (0.007, 0x1A1A1A), (0.003, 0xD0B060)]
+        )
     return paint.edged(face, 0.012, 0.3), knobs
 
 
@@ -126,7 +129,7 @@ def loudspeaker(rng: Rng) -> list[Part]:
     cone = int(rng.choice(np.asarray((0x232325, 0x3A3A3C, 0xC9B458, 0xD6D6D2, 0x8C8F94))))
     x = depth / 2
     parts = []
-    z = height - 0.1 * width - 0.2 * width
+    z = height - 0.3 * width
     parts += forward(_driver(0.17 * width, cone, True, rng), (x, 0, z))
     z -= 0.24 * width
     for _ in range(woofers):
@@ -147,57 +150,7 @@ def loudspeaker(rng: Rng) -> list[Part]:
     return plinth + standing_box((depth, width, height - 0.03), side, {"front": front, "back": back}, 0.03) + parts
 
 
-def _glowing(rng: Rng, width: float, height: float) -> Texture:
-    """A reflector behind glowing bars."""
-    back = paint.brushed_metal(rng, (width, height), 0xB07850)
-    bars = int(rng.integers(2, 4))
-    y = np.arange(back.shape[0], dtype=np.float32) / back.shape[0]
-    glow = sum(np.exp(-(((y - (i + 0.5) / bars) * bars / 0.3) ** 2)) for i in range(bars))
-    tint = np.array([20, 90, 255], np.float32)
-    back = np.asarray(np.clip(back * 0.5 + np.asarray(glow)[:, None, None] * tint, 0, 255), np.uint8)
-    for i in range(bars):
-        y_bar = (i + 0.5) / bars * height
-        marks.line(back, [(0, y_bar), (width, y_bar)], 0xFF6A18, 0.02)
-        marks.line(back, [(0, y_bar), (width, y_bar)], 0xFFE29A, 0.010)
-    return back
-
-
-def space_heater(rng: Rng) -> list[Part]:
-    """An electric heater: glowing bars behind a wire grille, a knob, a closed base."""
-    depth, width, height = varied(rng, SPACE_HEATER)
-    color = paint.pick(rng, (0xE6E2D8, 0xC8CCD0, 0x3A3C40, 0xB89A78, 0x7C2A20))
-    case = paint.painted_metal(rng, (width, height), color)
-    face = case.copy()
-    window = (0.07 * width, 0.10 * height, 0.86 * width, 0.62 * height)
-    marks.inlay(face, window, _glowing(rng, window[2], window[3]))
-    marks.panel(face, window, 0.008, raised=False)
-    low = 0.83 * height
-    marks.rectangle(face, (0.07 * width, low - 0.06 * height, 0.86 * width, 0.12 * height), paint.lighter(color, 0.75))
-    marks.dial(face, (0.2 * width, low), 0.028, rng.uniform(3, 6))
-    for i in range(3):
-        marks.button(face, ((0.5 + 0.13 * i) * width, low - 0.012, 0.03, 0.024), (0xC03020, 0xE0E0DC, 0x303030)[i])
-    back = case.copy()
-    marks.slots(back, (0.1 * width, 0.12 * height, 0.8 * width, 0.5 * height), 14)
-    x, foot = depth / 2, 0.05
-    parts = standing_box((depth, width, foot), plain(0x222224))
-    parts += standing_box((0.9 * depth, width, height - foot), case, {"front": face, "back": back}, foot)
-    wire = plain(0xC9CBCE if rng.random() < 0.6 else 0x2A2A2A)
-    front, z_top, z_low = 0.45 * depth, height - window[1], height - window[1] - window[3]
-    scale = (height - foot) / height
-    z_top, z_low = foot + (z_top) * scale - 0, foot + z_low * scale
-    wires = int(rng.integers(9, 14))
-    for i in range(wires):
-        z = z_low + (i + 0.5) / wires * (z_top - z_low)
-        parts += box((0.005, 0.88 * width, 0.005), (front + 0.02, 0, z), wire)
-    for y in np.linspace(-0.43, 0.43, 3) * width:
-        parts += box((0.006, 0.006, z_top - z_low), (front + 0.016, float(y), (z_top + z_low) / 2), wire)
-    parts += knob(0.024, 0.02, 0x202022, (front, (0.2 - 0.5) * width, foot + (height - low) * scale))
-    del x
-    return parts
-
-
 KINDS = (
     Kind("oscilloscope", "oscilloscope", OSCILLOSCOPE, oscilloscope),
     Kind("loudspeaker", "loudspeaker", LOUDSPEAKER, loudspeaker),
-    Kind("space heater", "space heater", SPACE_HEATER, space_heater),
 )
