@@ -16,10 +16,10 @@ KINDS = sorted(CATALOGUE.values(), key=lambda kind: kind.name)
 TRIANGLES_MAX = 2500
 TEXTURES_MAX = 20
 IMAGENET = {
-    "ashcan", "barrel", "bookcase", "cash machine", "desk", "electric fan", "file", "joystick", "loudspeaker",
-    "mailbox", "microwave", "minivan", "monitor", "oscilloscope", "parking meter", "photocopier", "printer", "radio",
-    "refrigerator", "safe", "space heater", "television", "traffic light", "typewriter keyboard", "vending machine",
-    "washer",
+    "ashcan", "barrel", "bookcase", "cash machine", "desk", "electric fan", "file", "joystick", "lampshade",
+    "loudspeaker", "mailbox", "microwave", "minivan", "monitor", "oscilloscope", "parking meter", "photocopier",
+    "printer", "radio", "refrigerator", "safe", "slot", "space heater", "television", "traffic light",
+    "typewriter keyboard", "vending machine", "washer",
 }  # fmt: skip
 """Those of ImageNet's labels that kinds carry, as networks spell them."""
 

@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
-from edgefusion.sim.kinds import appliances, car, joystick, lab, nameless, office, store, street
+from edgefusion.sim.kinds import appliances, car, home, joystick, lab, nameless, office, store, street
 from edgefusion.sim.kinds.kind import Kind
 
 _FAMILIES = (
     lab.KINDS,
     joystick.KINDS,
     appliances.KINDS,
+    home.KINDS,
     office.KINDS,
     store.KINDS,
     street.KINDS,
