@@ -27,7 +27,7 @@ _SQUARE = (_DRAWN_M, _DRAWN_M)
 def _plaster(colors: tuple[int, ...], grain: float = 0.02) -> Finish:
     def painted(rng: Rng) -> Texture:
         texture = paint.grain(rng, paint.flat(_SQUARE, paint.pick(rng, colors, 0.03)), grain)
-        return paint.toned(texture, 1 + 0.02 * paint.clouds(rng, texture.shape[:2], 90))
+        return paint.seamless(paint.toned(texture, 1 + 0.02 * paint.clouds(rng, texture.shape[:2], 90)))
 
     return painted
 
@@ -66,7 +66,7 @@ def _facade(rng: Rng) -> Texture:
 
 def _concrete(rng: Rng) -> Texture:
     texture = _plaster((0x9C9A94, 0x86867F, 0xAAA79F), 0.05)(rng)
-    return paint.dirt(rng, texture, 0.05)
+    return paint.seamless(paint.dirt(rng, texture, 0.05))
 
 
 def _tiles(rng: Rng) -> Texture:
@@ -87,7 +87,7 @@ def _carpet(rng: Rng) -> Texture:
 def _linoleum(rng: Rng) -> Texture:
     texture = paint.flat(_SQUARE, paint.pick(rng, (0x9AA39A, 0xA79F8E, 0x8D969C, 0xB3AA98)))
     speckle = paint.clouds(rng, texture.shape[:2], 4.0)
-    return paint.toned(texture, 1 + 0.05 * speckle)
+    return paint.seamless(paint.toned(texture, 1 + 0.05 * speckle))
 
 
 def _parquet(rng: Rng) -> Texture:
@@ -101,7 +101,8 @@ def _parquet(rng: Rng) -> Texture:
 
 
 def _asphalt(rng: Rng) -> Texture:
-    return paint.dirt(rng, paint.grain(rng, paint.flat(_SQUARE, paint.pick(rng, (0x5E5E60, 0x6C6A68))), 0.14), 0.05)
+    texture = paint.grain(rng, paint.flat(_SQUARE, paint.pick(rng, (0x5E5E60, 0x6C6A68))), 0.14)
+    return paint.seamless(paint.dirt(rng, texture, 0.05))
 
 
 WALLS: Mapping[str, Finish] = {

@@ -168,3 +168,14 @@ def marble(rng: Rng, size: Extent, color: int) -> Texture:
     shape = (texture.shape[0], texture.shape[1])
     veins = np.exp(-8 * np.abs(clouds(rng, shape, 0.2 * PX_PER_M) + 0.3 * clouds(rng, shape, 0.04 * PX_PER_M)))
     return toned(texture, 1 + 0.06 * clouds(rng, shape, 0.15 * PX_PER_M) - 0.3 * veins)
+
+
+def seamless(texture: Texture, border: float = 0.15) -> Texture:
+    """The same without seams where it is repeated: borders, that share of a side wide, fade into its own middle."""
+    smooth = texture.astype(np.float32)
+    for axis in (0, 1):
+        side = smooth.shape[axis]
+        to_edge = np.minimum(np.arange(side) + 0.5, side - 0.5 - np.arange(side)) / side
+        own = np.clip(to_edge / border, 0, 1).reshape((-1, 1, 1) if axis == 0 else (1, -1, 1)).astype(np.float32)
+        smooth = own * smooth + (1 - own) * np.roll(smooth, side // 2, axis)
+    return np.asarray(smooth + 0.5, np.uint8)
