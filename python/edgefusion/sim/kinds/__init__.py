@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from edgefusion.sim.kinds import appliances, car, home, joystick, lab, nameless, office, store, street
+from edgefusion.sim.kinds import appliances, car, desk, home, joystick, lab, nameless, office, store, street
 from edgefusion.sim.kinds.kind import Kind
 
 _FAMILIES = (
@@ -12,6 +12,7 @@ _FAMILIES = (
     joystick.KINDS,
     appliances.KINDS,
     home.KINDS,
+    desk.KINDS,
     office.KINDS,
     store.KINDS,
     street.KINDS,

@@ -7,19 +7,18 @@ from __future__ import annotations
 import numpy as np
 
 from edgefusion.sim import marks, paint
-from edgefusion.sim.kinds.form import bar, knob, varied
+from edgefusion.sim.kinds.form import bar, varied
 from edgefusion.sim.kinds.kind import Kind, Size
-from edgefusion.sim.mesh import Part, Texture, box, drum, lathe, placed, plain, standing_box
+from edgefusion.sim.mesh import Part, Texture, box, placed, plain, standing_box
 from edgefusion.sim.paint import Rng
 
 BOOKCASE: Size = (0.34, 0.92, 1.75)
 FILING_CABINET: Size = (0.58, 0.46, 1.25)
-DESK: Size = (0.70, 1.40, 1.16)
 PHOTOCOPIER: Size = (0.62, 0.66, 1.05)
 REFRIGERATOR: Size = (0.64, 0.62, 1.62)
 
-_WOODS = (0x8A5A34, 0xA8784C, 0x5E3C24, 0xC09A68, 0xD8C6A4)
-_SPINES = (0x8C2A24, 0x24486E, 0x2E5A3A, 0xC8A850, 0x3A3A40, 0x7A4A6A, 0xD8D0BC, 0xB86A30, 0x4A7A8A, 0xE0DCD0)
+WOODS = (0x8A5A34, 0xA8784C, 0x5E3C24, 0xC09A68, 0xD8C6A4)
+SPINES = (0x8C2A24, 0x24486E, 0x2E5A3A, 0xC8A850, 0x3A3A40, 0x7A4A6A, 0xD8D0BC, 0xB86A30, 0x4A7A8A, 0xE0DCD0)
 
 
 def _books(rng: Rng, face: Texture, x: float, y: float, width: float, height: float) -> None:
@@ -31,7 +30,7 @@ def _books(rng: Rng, face: Texture, x: float, y: float, width: float, height: fl
             continue
         thick = min(float(rng.uniform(0.014, 0.05)), x + width - at)
         tall = height * float(rng.uniform(0.68, 0.94))
-        color = paint.pick(rng, _SPINES)
+        color = paint.pick(rng, SPINES)
         top = y + height - tall
         marks.rectangle(face, (at, top, thick, tall), color)
         marks.rectangle(face, (at, top, thick * 0.2, tall), paint.lighter(color, 1.25))
@@ -45,9 +44,10 @@ def _books(rng: Rng, face: Texture, x: float, y: float, width: float, height: fl
 def bookcase(rng: Rng) -> list[Part]:
     """Shelves full of books, closed at the back and the sides."""
     depth, width, height = varied(rng, BOOKCASE)
-    color = paint.pick(rng, _WOODS)
+    color = paint.pick(rng, WOODS)
     side = paint.wood(rng, (depth, height), color, True)
     face = paint.wood(rng, (width, height), color, True)
+    back = paint.wood(rng, (width, height), paint.lighter(color, 0.85), True)
     board, plinth, shelves = 0.025, 0.07, int(rng.integers(4, 6))
     pitch = (height - plinth - board) / shelves
     for i in range(shelves):
@@ -56,11 +56,11 @@ def bookcase(rng: Rng) -> list[Part]:
         marks.rectangle(face, opening, 0x15100C)
         _books(rng, face, *opening)
         marks.rectangle(face, (board, y, width - 2 * board, 0.02), 0x0C0906)  # the shadow of the shelf above
-    parts = standing_box((0.92 * depth, width - 0.01, height - 0.01), side, {"front": face, "back": plain(color)})
+    parts = standing_box((0.92 * depth, width - 0.01, height - 0.01), side, {"front": face, "back": back})
     edge = paint.wood(rng, (width, board), paint.lighter(color, 1.1))
     for i in range(shelves + 1):
         z = height - board / 2 - i * pitch
-        parts += box((depth, width, board), (0, 0, z), edge)
+        parts += box((0.94 * depth, width, board), (0.03 * depth, 0, z), edge)
     return parts + standing_box((0.97 * depth, width, plinth), edge)
 
 
@@ -91,91 +91,10 @@ def filing_cabinet(rng: Rng) -> list[Part]:
         _handle(face, width / 2, y + 0.62 * pitch, 0.14)
         parts += bar(0.14, 0.012, (x, 0, z), plain(0xC0C4C6), 0.025)
     marks.disc(face, (width - 0.05, 0.055), 0.011, 0xD0D2D4)
-    return standing_box((depth, width, height), sheet, {"front": face}) + parts
-
-
-def _drawers(rng: Rng, panel: Texture, width: float, height: float) -> tuple[Texture, list[Part]]:
-    """The front of a desk's pedestal, its handles before the plane x = 0, z from its lower edge."""
-    face = panel.copy()
-    count = int(rng.integers(2, 4))
-    shares = (0.22, 0.26, 0.52) if count == 3 else (0.28, 0.72)
-    handles: list[Part] = []
-    y = 0.02
-    metal = int(rng.choice(np.asarray((0x9A9EA0, 0xA08040, 0x303234, 0x4A3020))))
-    for share in shares:
-        high = share * (height - 0.04)
-        marks.panel(face, (0.02, y, width - 0.04, high - 0.012), 0.004)
-        marks.shadow(face, (width / 2 - 0.02, y + 0.45 * high - 0.015, 0.04, 0.03))
-        handles += knob(0.016, 0.022, metal, (0, 0, height - y - 0.45 * high), 10)
-        y += high
-    return face, handles
-
-
-def desk(rng: Rng) -> list[Part]:
-    """A writing desk: drawers beside a kneehole with a modesty panel; a screen, a lamp, books and papers on it."""
-    depth, width, height = varied(rng, DESK, 0.14)
-    color, leaf, top = paint.pick(rng, _WOODS), 0.035, rng.uniform(0.62, 0.66) * height
-    panel = paint.wood(rng, (0.5, top), color)
-    recess, low = 0.16, top - leaf
-    columns = [rng.uniform(0.26, 0.32) * width, 0.05 if rng.random() < 0.7 else 0.26 * width]
-    if rng.random() < 0.5:
-        columns.reverse()
-    knee = paint.toned(panel, np.linspace(0.25, 0.6, panel.shape[0], dtype=np.float32)[:, None])
-    body = 0.94 * depth
-    parts = box((body - recess, 0.95 * width, low), (-recess / 2, 0, low / 2), panel, {"front": knee})
-    for side, column in zip((-1, 1), columns):
-        y = side * (0.97 * width - column) / 2
-        face, handles = _drawers(rng, panel, column, low) if column > 0.1 else (panel, [])
-        parts += box((body, column, low), (0, y, low / 2), panel, {"front": face}) + placed(handles, (body / 2, y, 0))
-    gap, middle = 0.97 * width - sum(columns), (columns[0] - columns[1]) / 2
-    parts += box((0.03, gap, 0.09), (body / 2 - 0.04, middle, low - 0.045), panel)
-    surface = paint.wood(rng, (width, depth), paint.lighter(color, 1.12))
-    parts += box((depth, width, leaf), (0, 0, low + leaf / 2), plain(paint.lighter(color, 0.9)), {"top": surface})
-    return parts + placed(_on_the_desk(rng, depth, width, height - top), (0, 0, top))
-
-
-def _on_the_desk(rng: Rng, depth: float, width: float, tallest: float) -> list[Part]:
-    """A screen, a lamp beside it, a row of books, papers; z from the desk's top."""
-    side = 1 if rng.random() < 0.5 else -1
-    parts = placed(_screen(rng, 0.86 * tallest), (-0.1 * depth, -side * 0.05 * width, 0), yaw=rng.uniform(-0.2, 0.2))
-    parts += placed(_lamp(rng, tallest), (-0.15 * depth, side * 0.36 * width, 0))
-    y = -side * 0.46 * width
-    for _ in range(int(rng.integers(3, 7))):
-        w, h = rng.uniform(0.02, 0.05), rng.uniform(0.17, 0.26)
-        parts += box((0.17, w, h), (-0.1 * depth, y + side * w / 2, h / 2), plain(paint.pick(rng, _SPINES)))
-        y += side * (w + 0.002)
-    for _ in range(int(rng.integers(1, 3))):
-        w, d, h = rng.uniform(0.2, 0.3), rng.uniform(0.15, 0.22), rng.uniform(0.005, 0.05)
-        at = (rng.uniform(0.1, 0.3) * depth, rng.uniform(-0.35, 0.35) * width, h / 2)
-        parts += box((d, w, h), at, plain(paint.pick(rng, (0xF0EEE6, 0xE4E0D4, 0x6A4A34))))
-    return parts
-
-
-def _screen(rng: Rng, height: float) -> list[Part]:
-    """A flat monitor on a foot."""
-    width = 1.25 * height
-    shell = plain(paint.pick(rng, (0x1C1C1E, 0x303234, 0xC8C8C4)))
-    picture = paint.shaded(paint.flat((width, 0.8 * height), paint.pick(rng, (0x3A6EA5, 0x2A4A6A, 0x14181C))), 1.2, 0.8)
-    marks.frame(picture, (0, 0, width, 0.8 * height), 0x18181A, 0.02)
-    for i in range(int(rng.integers(0, 9))):
-        marks.line(
-            picture, [(0.05, 0.05 + 0.025 * i), (rng.uniform(0.1, 0.8) * width, 0.05 + 0.025 * i)], 0xE8ECEE, 0.008
-        )
-    parts = box((0.045, width, 0.8 * height), (0, 0, 0.6 * height), shell, {"front": picture})
-    parts += box((0.03, 0.06, 0.3 * height), (-0.03, 0, 0.16 * height), shell)
-    return parts + standing_box((0.18, 0.24, 0.02), shell)
-
-
-def _lamp(rng: Rng, height: float) -> list[Part]:
-    """A desk lamp: a foot, two arms, a shade."""
-    paintwork = plain(paint.pick(rng, (0x1E2022, 0xB02820, 0x2A4A8A, 0xD8D8D2, 0x2E6A3A)))
-    parts = drum(0.08, 0, 0.025, paintwork, segments=16)
-    parts += box((0.015, 0.015, height), (-0.04, 0, height / 2), plain(0xA8ACAE))
-    parts += box((0.2, 0.015, 0.015), (0.05, 0, height - 0.01), plain(0xA8ACAE))
-    shade = [(0.0, 0.0), (0.02, 0.0), (0.095, -0.12)]
-    inner = [(0.09, -0.12), (0.02, -0.02)]
-    head = [lathe(shade[::-1], paintwork, 16), lathe(inner[::-1], plain(0xFFF4D0), 16)]
-    return parts + placed(head, (0.13, 0, height))
+    back = sheet.copy()
+    marks.panel(back, (0.015, 0.015, width - 0.03, height - 0.03), 0.003)
+    marks.slots(back, (0.35 * width, 0.06, 0.3 * width, 0.05), 3)
+    return standing_box((depth, width, height), sheet, {"front": face, "back": back}) + parts
 
 
 def _paper_trays(rng: Rng, shell: Texture, width: float, height: float, dark: int) -> Texture:
@@ -259,39 +178,62 @@ def _feeder(rng: Rng, depth: float, width: float, height: float, color: int) -> 
     return parts + placed(sheets, (0, -0.12 * width, 0.7 * height), rotation=tray)
 
 
+def _condenser(shell: Texture, width: float, height: float) -> Texture:
+    """The back of a refrigerator: the black coil, the compressor's bay, the plate with its ratings."""
+    back = shell.copy()
+    left, right, top, low = 0.12 * width, 0.88 * width, 0.12 * height, 0.7 * height
+    marks.slots(back, (left, top, right - left, low - top), 24, True, 0x4A4E50)
+    rows = np.linspace(top, low, 15)
+    for i, y in enumerate(rows.tolist()):
+        marks.line(back, [(left, y), (right, y)], 0x16181A, 0.010)
+        end = right if i % 2 else left
+        marks.line(back, [(end, y), (end, min(low, y + float(rows[1] - rows[0])))], 0x16181A, 0.010)
+    marks.rectangle(back, (0.1 * width, 0.78 * height, 0.8 * width, 0.17 * height), 0x121314)
+    marks.label(back, "220V 50Hz", (0.6 * width, 0.03 * height, 0.2 * width, 0.05), 0xD8D8D0)
+    return back
+
+
 def refrigerator(rng: Rng) -> list[Part]:
-    """A freezer door above or below a larger one, long handles, a rubber gap, magnets."""
+    """A freezer door above or below a larger one, long handles, rubber gaps, magnets and notes."""
     depth, width, height = varied(rng, REFRIGERATOR, 0.14)
-    color = paint.pick(rng, (0xECECE8, 0xE4E2DA, 0xC4C8CC, 0xD8D4C4), 0.02)
+    color = paint.pick(rng, (0xECECE8, 0xE4E2DA, 0xC4C8CC, 0xD8D4C4, 0xB0C4C0), 0.02)
     steel = bool(rng.random() < 0.3)
-    shell = paint.brushed_metal(rng, (width, height)) if steel else paint.painted_metal(rng, (width, height), color)
-    face = shell.copy()
+    shell = paint.brushed_metal(rng, (width, height)) if steel else paint.plastic(rng, (width, height), color)
+    face, foot, gap = shell.copy(), 0.06, 0.014
     split = height * (rng.uniform(0.28, 0.36) if rng.random() < 0.7 else rng.uniform(0.60, 0.68))
-    foot = 0.06
-    marks.rectangle(face, (0, split - 0.006, width, 0.012), 0x24262A)
-    marks.rectangle(face, (0, height - foot, width, foot), 0x2A2C30)
-    marks.rectangle(face, (0, split - 0.02, width, 0.014), paint.lighter(color, 0.8))
-    hinge = 1 if rng.random() < 0.5 else -1
-    for _ in range(int(rng.integers(0, 4))):  # notes under magnets
-        x, y = rng.uniform(0.1, width - 0.2), rng.uniform(0.1, height - 0.3)
-        marks.rectangle(face, (x, y, 0.08, 0.06), paint.pick(rng, _SPINES))
     marks.label(face, str(rng.choice(("FROST", "POLAR", "ARKTIS"))), (0.06, 0.06, 0.12, 0.03), 0xC8CACC, 0x303030)
-    parts = standing_box((depth, width, height), shell, {"front": face})
-    grip = plain(0xB8BCC0 if not steel else 0x4A4E52)
-    for low, high in ((0, split), (split, height - foot)):
-        length = 0.55 * (high - low)
-        centre = height - (low + high) / 2
-        y = -hinge * (width / 2 - 0.06)
-        parts += box((0.03, 0.022, length), (depth / 2 + 0.03, y, centre), grip)
-        for end in (-1, 1):
-            parts += box((0.03, 0.022, 0.03), (depth / 2 + 0.015, y, centre + end * 0.46 * length), grip)
+    for _ in range(int(rng.integers(0, 5))):
+        size = rng.uniform(0.03, 0.1)
+        x, y = rng.uniform(0.1, width - 0.2), rng.uniform(0.1, height - 0.4)
+        marks.shadow(face, (x, y, size, 0.8 * size))
+        marks.rectangle(face, (x, y, size, 0.8 * size), paint.pick(rng, (*SPINES, 0xF4F4EC, 0xF4E890)))
+    marks.rectangle(face, (0, height - foot, width, foot), 0x2A2C30)
+    doors = ((0.0, split), (split + gap, height - foot))
+    body, door = 0.88 * depth, 0.10 * depth
+    case = {"front": plain(0x1C1E20), "back": _condenser(shell, width, height)}
+    parts = placed(standing_box((body, width, height), shell, case), ((body - depth) / 2, 0, 0))
+    parts += box((door, width, foot - gap), (body - depth / 2, 0, foot / 2), plain(0x2A2C30))
+    grip, y_grip = plain(0x4A4E52 if steel else 0xB8BCC0), (width / 2 - 0.06) * (1 if rng.random() < 0.5 else -1)
+    for low, high in doors:
+        centre, tall = height - (low + high) / 2, high - low
+        leaf = face[paint.px(low) : paint.px(high)].copy()
+        parts += box((door, width, tall), (body + gap - depth / 2 + door / 2, 0, centre), plain(color), {"front": leaf})
+        parts += _upright_bar(0.5 * tall, (body + gap + door - depth / 2, y_grip, centre), grip)
+    return parts
+
+
+def _upright_bar(length: float, at: Size, texture: Texture) -> list[Part]:
+    """A bow handle up a front, its feet at the plane of `at`."""
+    x, y, z = at
+    parts = box((0.018, 0.022, length), (x + 0.03, y, z), texture)
+    for end in (-1, 1):
+        parts += box((0.03, 0.022, 0.03), (x + 0.015, y, z + end * 0.46 * length), texture)
     return parts
 
 
 KINDS = (
     Kind("bookcase", "bookcase", BOOKCASE, bookcase),
     Kind("filing cabinet", "file", FILING_CABINET, filing_cabinet),
-    Kind("desk", "desk", DESK, desk),
     Kind("photocopier", "photocopier", PHOTOCOPIER, photocopier),
     Kind("refrigerator", "refrigerator", REFRIGERATOR, refrigerator),
 )

@@ -212,6 +212,9 @@ def mailbox(rng: Rng) -> list[Part]:
     straight = height - foot - 0.47 * depth
     front = _letter_front(rng, width, straight, color)
     parts += box((0.012, 0.98 * width, straight), (0.47 * depth, 0, foot + straight / 2), shell, {"front": front})
+    plate = paint.painted_metal(rng, (0.98 * width, straight), color)
+    marks.panel(plate, (0.05, 0.08, 0.98 * width - 0.1, straight - 0.14), 0.003)
+    parts += box((0.006, 0.98 * width, straight), (-0.47 * depth, 0, foot + straight / 2), shell, {"back": plate})
     flap = paint.painted_metal(rng, (0.86 * width, 0.2), paint.lighter(color, 1.1))
     marks.panel(flap, (0, 0, 0.86 * width, 0.2), 0.008)
     z = foot + straight + 0.04
