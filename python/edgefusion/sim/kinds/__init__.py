@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from edgefusion.sim.kinds import appliances, car, desk, home, joystick, lab, nameless, office, store, street
+from edgefusion.sim.kinds import appliances, car, desk, home, joystick, lab, nameless, office, store, street, vending
 from edgefusion.sim.kinds.kind import Kind
 
 _FAMILIES = (
@@ -16,6 +16,7 @@ _FAMILIES = (
     office.KINDS,
     store.KINDS,
     street.KINDS,
+    vending.KINDS,
     car.KINDS,
     nameless.KINDS,
 )

@@ -9,65 +9,94 @@ import numpy as np
 from edgefusion.sim import marks, paint
 from edgefusion.sim.kinds.form import forward, knob, varied
 from edgefusion.sim.kinds.kind import Kind, Size
-from edgefusion.sim.mesh import Part, box, lathe, placed, plain, standing_box
+from edgefusion.sim.mesh import Part, Texture, box, lathe, placed, plain, standing_box
 from edgefusion.sim.paint import Rng
 
 WASHER: Size = (0.58, 0.60, 0.88)
 BARREL: Size = (0.62, 0.62, 0.92)
 SAFE: Size = (0.55, 0.58, 0.80)
-VENDING_MACHINE: Size = (0.78, 0.92, 1.82)
 CASH_MACHINE: Size = (0.60, 0.62, 1.45)
+
+
+def _porthole(rng: Rng, radius: float) -> list[Part]:
+    """A washer's door, z = 0 on its front: a bright ring, a bulging pane, the drum behind it."""
+    ring = 0xC8CCD0 if rng.random() < 0.7 else paint.pick(rng, (0xF0F0F0, 0x4A4E52))
+    glass = paint.flat((0.6, 0.2), 0x5A646C)
+    for x in np.arange(0.01, 0.6, 0.03):
+        for y in (0.03, 0.07, 0.11):
+            marks.disc(glass, (float(x), y), 0.005, 0x20262C)
+    across = np.linspace(0, 2 * np.pi, glass.shape[1], dtype=np.float32)[None, :]
+    glass = paint.toned(glass, 0.75 + 0.5 * np.exp(-(((across - rng.uniform(2, 4)) / 0.5) ** 2)))
+    frame = [(1.2, 0.0), (1.18, 0.02), (1.08, 0.035), (0.88, 0.03), (0.8, 0.012)]
+    pane = [(0.8, 0.012), (0.68, 0.03), (0.5, 0.02), (0.3, 0.005), (0.0, 0.0)]
+    return [
+        lathe(np.array(frame) * (radius, 1), plain(ring), 36),
+        lathe(np.array(pane) * (radius, 1), glass, 36),
+    ]
 
 
 def washer(rng: Rng) -> list[Part]:
     """A front loader: a round glass door, a drawer for the powder, a dial."""
     depth, width, height = varied(rng, WASHER, 0.12)
-    color = paint.pick(rng, (0xEEEEEA, 0xE4E6E6, 0xC8CCD0, 0xDCD8CC), 0.02)
-    sheet = paint.painted_metal(rng, (width, height), color)
+    color = paint.pick(rng, (0xF4F4F2, 0xF0F2F2, 0xF4F4F2, 0xD4D8DC, 0xECE8DC), 0.015)
+    sheet = paint.shaded(paint.grain(rng, paint.flat((width, height), color), 0.01), 1.0, 0.92)
     face = sheet.copy()
-    panel = 0.15 * height
-    marks.rectangle(face, (0, 0, width, panel), paint.lighter(color, 0.93))
+    panel = rng.uniform(0.14, 0.17) * height
+    marks.rectangle(face, (0, 0, width, panel), paint.lighter(color, rng.choice((0.86, 0.96, 0.4))))
     marks.line(face, [(0, panel), (width, panel)], 0x8A8C8E, 0.004)
-    marks.panel(face, (0.02, 0.02, 0.3 * width, panel - 0.03), 0.004)
-    marks.dial(face, (0.55 * width, panel / 2), 0.035, rng.uniform(2.5, 7), 0xB8BABC)
-    marks.rectangle(face, (0.68 * width, 0.3 * panel, 0.13 * width, 0.4 * panel), 0x18202A)
+    marks.rectangle(face, (0.02, 0.02, 0.3 * width, panel - 0.035), color)
+    marks.panel(face, (0.02, 0.02, 0.3 * width, panel - 0.035), 0.004)
+    marks.rectangle(face, (0.09 * width, 0.6 * panel, 0.15 * width, 0.012), 0x9A9EA2)
+    marks.text(
+        face,
+        str(rng.choice(("AQUA 7", "LAVANDA", "WASH-O", "1200 rpm"))),
+        (0.06 * width, 0.45 * panel),
+        0.016,
+        0x3050A0,
+    )
+    marks.dial(face, (0.5 * width, panel / 2), 0.036, rng.uniform(2.5, 7), 0xC8CACC)
+    marks.rectangle(face, (0.63 * width, 0.28 * panel, 0.15 * width, 0.44 * panel), 0x10202A)
+    marks.text(face, str(rng.choice(("0:45", "1:20", "2:05"))), (0.65 * width, 0.62 * panel), 0.022, 0x60D8F0)
     for i in range(3):
-        marks.disc(face, ((0.85 + 0.05 * i) * width, panel / 2), 0.009, 0xF8F8F8)
-    marks.panel(face, (0.03, height - 0.13, width - 0.06, 0.10), 0.004)
-    radius, z = 0.31 * width, 0.47 * height
-    marks.disc(face, (width / 2, height - z), 1.12 * radius, paint.lighter(color, 0.75))
+        marks.rings(face, ((0.83 + 0.055 * i) * width, panel / 2), [(0.012, 0x707478), (0.010, 0xF8F8F8)])
+    marks.panel(face, (0.06 * width, height - 0.11, 0.25 * width, 0.08), 0.003)
+    radius, z = rng.uniform(0.29, 0.33) * width, rng.uniform(0.45, 0.5) * height
+    marks.shadow(face, (width / 2 - radius, height - z - radius, 2 * radius, 2 * radius), 0.03, 0.35)
     parts = standing_box((depth, width, height), sheet, {"front": face})
-    ring = plain(0xD0D4D8 if rng.random() < 0.6 else 0x3A3E42)
-    glass = paint.flat((0.3, 0.2), 0x2A3238)
-    glass = paint.toned(glass, np.linspace(2.2, 0.5, glass.shape[0], dtype=np.float32)[:, None])
-    door = [(1.1, 0), (1.1, 0.03), (0.98, 0.045), (0.8, 0.035)]
-    pane = [(0.8, 0.035), (0.55, 0.0), (0.0, -0.02)]
-    parts += forward([lathe(np.array(door) * (radius, 1), ring, 36)], (depth / 2, 0, z))
-    parts += forward([lathe(np.array(pane) * (radius, 1), glass, 36)], (depth / 2 + 0.021, 0, z))
-    return parts + box((0.03, 0.03, 0.11), (depth / 2 + 0.045, -0.98 * radius, z), plain(0x5A5E62))
+    parts += forward(_porthole(rng, radius), (depth / 2, 0, z))
+    side = float(rng.choice((-1, 1)))
+    return parts + box((0.03, 0.035, 0.10), (depth / 2 + 0.03, side * 1.02 * radius, z), plain(0x8A8E92))
+
+
+def _staves(rng: Rng, around: float, height: float) -> Texture:
+    """A barrel's planks and hoops."""
+    color = paint.pick(rng, (0x9A6E44, 0xA87C50, 0x7A5434, 0x8A7058))
+    staves = paint.wood(rng, (around, height), color, True)
+    count = int(rng.integers(20, 30))
+    step = around / count
+    for i in range(count):
+        strip = staves[:, paint.px(i * step) : paint.px((i + 1) * step)]
+        strip[:] = paint.toned(strip, rng.uniform(0.82, 1.12))
+        marks.line(staves, [(i * step, 0), (i * step, height)], paint.lighter(color, 0.55), 0.003)
+    marks.disc(staves, (0.5 * step + around / 8 * int(rng.integers(8)), 0.5 * height), 0.03, 0x3A2414)
+    staves = paint.dirt(rng, staves, 0.1)
+    iron = paint.pick(rng, (0x3A3C40, 0x54504C, 0x6A5040))
+    for y in (0.0, 0.11, 0.27):
+        for top in (y * height, (0.945 - y) * height):
+            marks.rectangle(staves, (0, top, around, 0.055 * height), iron)
+            marks.rectangle(staves, (0, top, around, 0.008 * height), paint.lighter(iron, 1.5))
+            marks.rectangle(staves, (0, top + 0.055 * height, around, 0.006 * height), 0x1C120A)
+    return paint.shaded(staves, 1.1, 0.8)
 
 
 def barrel(rng: Rng) -> list[Part]:
-    """Bulging staves, iron hoops, sometimes a bung."""
+    """Bulging staves, iron hoops, a bung."""
     _, width, height = varied(rng, BARREL)
-    color = paint.pick(rng, (0x7A4E2C, 0x8E6238, 0x5E3C22, 0xA0764A))
-    around = np.pi * width
-    staves = paint.wood(rng, (around, height), color, True)
-    count = int(rng.integers(18, 26))
-    for i in range(count):
-        x = i * around / count
-        marks.line(staves, [(x, 0), (x, height)], 0x24160C, 0.005)
-        marks.rectangle(
-            staves, (x + 0.004, 0, 0.4 * around / count, height), paint.lighter(color, rng.uniform(0.9, 1.12))
-        )
-    staves = paint.grain(rng, paint.shaded(staves, 1.1, 0.8), 0.06)
-    iron = 0x3A3C40 if rng.random() < 0.7 else 0x7A5A44
-    for y in (0.02, 0.17, 0.34, 0.62, 0.79, 0.94):
-        marks.rectangle(staves, (0, y * height, around, 0.045 * height), iron)
-        marks.rectangle(staves, (0, y * height, around, 0.008 * height), paint.lighter(iron, 1.6))
+    staves = _staves(rng, np.pi * width, height)
     z = np.linspace(0, 1, 11)
-    bulge = 0.5 * width * (0.80 + 0.20 * np.sin(np.pi * z))
-    lid = paint.wood(rng, (0.5, 0.5), paint.lighter(color, 0.9))
+    narrow = rng.uniform(0.74, 0.82)
+    bulge = 0.5 * width * (narrow + (1 - narrow) * np.sin(np.pi * z))
+    lid = paint.wood(rng, (0.5, 0.5), paint.pick(rng, (0x9A6E44, 0x7A5434)))
     parts = [lathe(np.stack([bulge, z * height], axis=1), staves, 28)]
     top = [(bulge[-1], height), (0.93 * bulge[-1], height), (0.93 * bulge[-1], height - 0.03), (0, height - 0.03)]
     return [*parts, lathe(top, lid, 28), lathe([(0, 0), (bulge[0], 0)], lid, 28)]
@@ -88,8 +117,9 @@ def safe(rng: Rng) -> list[Part]:
     parts += knob(0.05, 0.03, 0xA8ACB0, (depth / 2, (0.36 - 0.5) * width, z), 20)
     hub = (depth / 2, 0.18 * width, z)
     parts += knob(0.022, 0.05, 0xC8CCD0, hub)
+    start = rng.uniform(0, 2)
     for turn in range(3):
-        angle = turn * 2 * np.pi / 3 + rng.uniform(0, 2)
+        angle = start + turn * np.pi / 3
         c, s = np.cos(angle), np.sin(angle)
         rotation = ((1, 0, 0), (0, c, -s), (0, s, c))
         spoke = box((0.014, 0.014, 0.2), (0, 0, 0), plain(0xC8CCD0))
@@ -99,82 +129,24 @@ def safe(rng: Rng) -> list[Part]:
     return parts
 
 
-def vending_machine(rng: Rng) -> list[Part]:
-    """Rows of cans and bars behind glass, a column with a slot and keys, a flap below."""
-    depth, width, height = varied(rng, VENDING_MACHINE, 0.12)
-    color = paint.pick(rng, (0xB01C20, 0x1C3C8A, 0x202226, 0x1C7A4A, 0xD8D8D8, 0xC85A18))
-    shell = paint.plastic(rng, (width, height), color)
-    face = shell.copy()
-    banner = (0.03, 0.03, width - 0.06, 0.14 * height)
-    marks.rectangle(face, banner, paint.lighter(color, 1.5))
-    words = str(rng.choice(("COLD DRINKS", "SNACKS", "FRESH", "DRINKS & SNACKS")))
-    marks.text(face, words, (0.08, 0.11 * height), min(0.08, 0.85 * width / len(words)), 0xFFFFFF, bold=True)
-    glass = (0.05, 0.19 * height, 0.66 * width, 0.58 * height)
-    marks.rectangle(face, glass, 0x1A1C20)
-    rows, columns = int(rng.integers(5, 7)), int(rng.integers(5, 8))
-    for row in range(rows):
-        shelf = glass[1] + (row + 1) * glass[3] / rows
-        for column in range(columns):
-            wide, tall = glass[2] / columns, glass[3] / rows
-            x = glass[0] + column * wide
-            item = paint.pick(rng, (0xC82828, 0x2848C8, 0xE8C020, 0x28A048, 0xE87820, 0xF0F0F0, 0x7A3CA0))
-            top = shelf - tall * rng.uniform(0.62, 0.78)
-            marks.rectangle(face, (x + 0.14 * wide, top, 0.72 * wide, shelf - 0.02 - top), item)
-            marks.rectangle(face, (x + 0.2 * wide, top + 0.3 * tall, 0.6 * wide, 0.1 * tall), paint.lighter(item, 1.6))
-            marks.rectangle(face, (x + 0.14 * wide, top, 0.14 * wide, shelf - 0.02 - top), paint.lighter(item, 1.3))
-        marks.rectangle(face, (glass[0], shelf - 0.02, glass[2], 0.02), 0xB8BCC0)
-    marks.frame(face, glass, 0x909498, 0.012)
-    side = 0.05 + glass[2] + 0.03
-    marks.rectangle(face, (side, glass[1], width - side - 0.04, glass[3]), 0x2A2C30)
-    marks.rectangle(face, (side + 0.02, glass[1] + 0.05, width - side - 0.08, 0.06), 0x60E0A0)
-    for i in range(12):
-        at = (side + 0.02 + 0.045 * (i % 3), glass[1] + 0.16 + 0.045 * (i // 3), 0.03, 0.03)
-        marks.button(face, at, 0xC8CACC)
-    marks.rectangle(face, (side + 0.05, glass[1] + 0.42, 0.06, 0.012), 0xD8DADC)
-    marks.rectangle(face, (side + 0.03, glass[1] + 0.5, 0.10, 0.06), 0x101214)
-    flap = (0.10, 0.83 * height, 0.58 * width, 0.10 * height)
-    marks.panel(face, flap, 0.008, raised=False)
-    marks.rectangle(face, (flap[0] + 0.01, flap[1] + 0.01, flap[2] - 0.02, flap[3] - 0.02), 0x17181A)
-    return standing_box((depth, width, height), shell, {"front": paint.edged(face, 0.01, 0.3)})
-
-
 def cash_machine(rng: Rng) -> list[Part]:
-    """A free-standing machine: a head with screen and keys that leans back over a narrower safe."""
+    """A free-standing machine: a head with screen and keys over the safe that holds the money."""
     depth, width, height = varied(rng, CASH_MACHINE, 0.12)
-    color = paint.pick(rng, (0x24508A, 0xA8ACB0, 0x3A3E44, 0x1C6A5A, 0xD0CCC0, 0x8A2430))
+    color = paint.pick(rng, (0x24508A, 0xA8ACB0, 0x5A6068, 0x1C6A5A, 0xD0CCC0, 0x8A2430))
     shell = paint.plastic(rng, (width, height), color)
-    body = shell.copy()
-    low = 0.52 * height
-    marks.panel(body, (0.04, height - low + 0.04, width - 0.08, low - 0.10), 0.006)
-    marks.text(
-        body, str(rng.choice(("CASH", "ATM", "BANK"))), (0.12, height - 0.35 * height), 0.10, 0xFFFFFF, bold=True
-    )
-    parts = standing_box((depth, width, low), shell, {"front": body[-paint.px(low) :]})
+    low = rng.uniform(0.40, 0.46) * height
+    body = paint.plastic(rng, (width, low), paint.lighter(color, 0.9))
+    marks.panel(body, (0.04, 0.06, width - 0.08, low - 0.10), 0.006)
+    marks.rings(body, (0.85 * width, 0.4 * low), [(0.014, 0x202020), (0.010, 0xB8BCC0)])
+    parts = standing_box((depth, width, low), shell, {"front": body})
     head = height - low
-    face = paint.plastic(rng, (width, head), paint.lighter(color, 0.8))
-    sign = (0.04, 0.02, width - 0.08, 0.20 * head)
-    marks.rectangle(face, sign, 0xF0F4F8)
-    marks.text(face, "CASH 24h", (0.08, 0.15 * head), min(0.1 * head, 0.075), 0x1C3C8A, bold=True)
-    screen = (0.14 * width, 0.26 * head, 0.56 * width, 0.34 * head)
-    marks.rectangle(face, screen, 0x0C2C50)
-    marks.frame(face, screen, 0x1A1A1C, 0.014)
-    for i in range(3):
-        marks.rectangle(face, (screen[0] + 0.03, screen[1] + 0.04 + 0.05 * i, rng.uniform(0.1, 0.22), 0.02), 0xC8E8FF)
-        for x in (0.06 * width, 0.74 * width):
-            marks.button(face, (x, screen[1] + 0.03 + 0.06 * i, 0.03, 0.025), 0xC8CCD0)
-    for i in range(12):
-        at = (0.2 * width + 0.055 * (i % 3), 0.66 * head + 0.045 * (i // 3), 0.04, 0.03)
-        marks.button(face, at, 0xD0D4D8)
-    marks.rectangle(face, (0.62 * width, 0.66 * head, 0.26 * width, 0.02), 0x30E070)
-    marks.rectangle(face, (0.62 * width, 0.8 * head, 0.26 * width, 0.04), 0x0A0A0A)
-    parts += standing_box((0.9 * depth, 0.97 * width, head), shell, {"front": face}, low)
-    return parts
+    face = _cash_face(rng, 0.97 * width, head, paint.pick(rng, (0xC4C8CC, 0x8A9098, paint.lighter(color, 1.1))))
+    return parts + standing_box((0.9 * depth, 0.97 * width, head), shell, {"front": face}, low)
 
 
 KINDS = (
     Kind("washer", "washer", WASHER, washer),
     Kind("barrel", "barrel", BARREL, barrel),
     Kind("safe", "safe", SAFE, safe),
-    Kind("vending machine", "vending machine", VENDING_MACHINE, vending_machine),
     Kind("cash machine", "cash machine", CASH_MACHINE, cash_machine),
 )
