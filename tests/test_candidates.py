@@ -12,8 +12,8 @@ import pytest
 from edgefusion.config import PerceptionConfig
 from edgefusion.perception.calibration import Calibration
 from edgefusion.perception.candidates import find_candidates
-from edgefusion.tools.scene import CAMERA_ABOVE_LASER_M, FOCAL_PX, HEIGHT, LASER_HEIGHT_M, T_CAMERA_LASER, WIDTH, K
 from edgefusion.types import Scan
+from scene import CAMERA_ABOVE_LASER_M, FOCAL_PX, HEIGHT, LASER_HEIGHT_M, T_CAMERA_LASER, WIDTH, K
 
 CALIBRATION = Calibration((WIDTH, HEIGHT), K, (), T_CAMERA_LASER, np.eye(4), LASER_HEIGHT_M)
 DISTANCE_M = 2.0
@@ -72,6 +72,33 @@ def test_wider_than_max_object_width_is_no_object() -> None:
     width_m = 2 * DISTANCE_M * math.tan(math.radians(2))
     assert len(boxes_of(max_object_width_m=width_m + 0.01))
     assert not len(boxes_of(max_object_width_m=width_m - 0.01))
+
+
+def wide_scan(right_m: float, left_m: float) -> Scan:
+    """A flat thing 2 m ahead and 3.5 m wide, and so far a range on either side of it."""
+    angles = np.radians(np.arange(-60, 60.1, 0.5))
+    ranges_m = DISTANCE_M / np.cos(angles)
+    half = math.atan(1.75 / DISTANCE_M)
+    ranges_m = np.where(angles < -half, right_m, np.where(angles > half, left_m, ranges_m))
+    return Scan(0, ranges_m.astype(np.float32), float(angles[0]), float(np.radians(0.5)))
+
+
+@pytest.mark.parametrize(
+    ("right_m", "left_m", "found"),
+    [(6.0, 6.0, True), (math.inf, math.inf, True), (6.0, 1.0, False), (1.0, 6.0, False), (math.nan, math.nan, False)],
+)
+def test_what_is_wide_is_an_object_only_where_both_ends_stand_out(right_m: float, left_m: float, found: bool) -> None:
+    boxes = boxes_of(wide_scan(right_m, left_m), max_flush_width_m=3.0, objects=1, eps_m=0.3)
+    nearest_is_wide = len(boxes) > 0 and size(boxes[0])[0] > WIDTH // 2
+    assert nearest_is_wide == found
+
+
+def test_a_dropped_beam_beside_an_end_hides_nothing() -> None:
+    scan = wide_scan(6.0, 6.0)
+    ranges_m = scan.ranges_m.copy()
+    ranges_m[np.flatnonzero(ranges_m == 6.0)[[len(np.flatnonzero(ranges_m == 6.0)) // 2 - 1]]] = np.nan
+    dropped = Scan(0, ranges_m, scan.angle_min, scan.angle_increment)
+    assert len(boxes_of(dropped, max_flush_width_m=3.0, objects=1))
 
 
 def test_the_sensors_limits_hide_what_lies_outside() -> None:

@@ -53,8 +53,10 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     min_points: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
     # Part an object from the wall that it stands at, or from a deeper one beside it; the paper does not.
     split: bool = True
-    # Wider clusters are walls: background, never named.
-    max_object_width_m: UpTo100 = 3.0
+    # Wider clusters are walls: background, never named. So are those wider than max_flush_width_m of which an end does
+    # not stand out from what is beside it, as a car's do.
+    max_object_width_m: UpTo100 = 5.0
+    max_flush_width_m: UpTo100 = 3.0
     # The nearest clusters that project into the image; the paper takes 1.
     objects: Annotated[int, msgspec.Meta(ge=1, le=100)] = 8
 

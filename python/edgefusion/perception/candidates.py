@@ -21,6 +21,10 @@ Boxes = npt.NDArray[np.int32]
 Probabilities = npt.NDArray[np.float32]
 
 
+BESIDE = 3
+"""Beams beside a cluster's end that tell what is behind it: the first may be dropped, or lie on both."""
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A cluster that the camera sees, and the boxes int32[k, 4] that may hold it."""
@@ -40,12 +44,27 @@ def find_candidates(
     for cluster in find_clusters(scan, config):
         if len(candidates) == config.objects:
             break
-        if cluster.width_m > config.max_object_width_m:
+        if _is_wall(scan, cluster, config):
             continue
         boxes = _boxes(scan, cluster, T_camera_laser, calibration, config)
         if len(boxes):
             candidates.append(Candidate(cluster, boxes))
     return candidates
+
+
+def _is_wall(scan: Scan, cluster: Cluster, config: PerceptionConfig) -> bool:
+    """Too wide for an object, or wide and not standing out at both ends."""
+    if cluster.width_m > config.max_object_width_m:
+        return True
+    return cluster.width_m > config.max_flush_width_m and not _stands_out(scan, cluster, config.eps_m)
+
+
+def _stands_out(scan: Scan, cluster: Cluster, step_m: float) -> bool:
+    """Whether the beams beside both ends go farther than the ends do; beside the scan's own ends nothing is known."""
+    first, last = int(cluster.indices[0]), int(cluster.indices[-1])
+    right, left = scan.ranges_m[max(0, first - BESIDE) : first], scan.ranges_m[last + 1 : last + 1 + BESIDE]
+    # NaN, a beam without an answer, is farther than nothing.
+    return bool((right > scan.ranges_m[first] + step_m).any() and (left > scan.ranges_m[last] + step_m).any())
 
 
 def batch_of(candidates: list[Candidate]) -> Boxes:
