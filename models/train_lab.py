@@ -18,14 +18,14 @@ from typing import Any, Sequence
 
 import numpy as np
 import numpy.typing as npt
-from lab_crops import Crops, class_names, joined, render_crops  # type: ignore[import-not-found] # beside this file
-from to_onnx import compare, describe, export_onnx  # type: ignore[import-not-found] # beside this file
 from tqdm import tqdm
 
 from edgefusion.errors import RefusedError
 from edgefusion.perception.make_model import make_model_folder
 from edgefusion.perception.model_folder import Boxes, Training
 from edgefusion.perception.preprocessing import IMAGENET_MEAN, IMAGENET_STD, Preprocessing
+from lab_crops import Crops, class_names, joined, render_crops  # type: ignore[import-not-found] # beside this file
+from to_onnx import compare, describe, export_onnx  # type: ignore[import-not-found] # beside this file
 
 HEIGHTS_M = tuple(round(0.45 * 1.2**i, 3) for i in range(11))
 """From a low heater to a pillar; with steps of a fifth the nearest height is at most a tenth off."""
@@ -143,7 +143,7 @@ def targets(classes: npt.NDArray[np.int64], fits: npt.NDArray[np.float32], count
 
 
 def _fit(torch: Any, crops: Crops, count: int, args: argparse.Namespace) -> Any:
-    from lab_network import LabNetwork
+    from lab_network import LabNetwork  # type: ignore[import-not-found] # beside this file
 
     torch.manual_seed(args.seed)
     order = np.random.default_rng(args.seed)
