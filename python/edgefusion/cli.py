@@ -21,7 +21,7 @@ EXAMPLES = """examples:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all verbs; each verb's module registers its own options and loads what it needs when run."""
-    from edgefusion.tools import demo, detect, model
+    from edgefusion.tools import demo, detect, evaluate, model
 
     parser = argparse.ArgumentParser(
         prog="edgefusion",
@@ -31,7 +31,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"edgefusion {__version__}")
     verbs = parser.add_subparsers(title="verbs", metavar="VERB", required=True)
-    for tool in (demo, detect, model):
+    for tool in (demo, detect, evaluate, model):
         tool.add_parser(verbs)
     return parser
 
