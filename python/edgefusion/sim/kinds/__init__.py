@@ -4,17 +4,31 @@
 
 from __future__ import annotations
 
-from edgefusion.sim.kinds import appliances, car, desk, home, joystick, lab, nameless, office, store, street, vending
+from edgefusion.sim.kinds import (
+    appliances,
+    car,
+    cash,
+    desk,
+    joystick,
+    lab,
+    nameless,
+    office,
+    slot,
+    store,
+    street,
+    vending,
+)
 from edgefusion.sim.kinds.kind import Kind
 
 _FAMILIES = (
     lab.KINDS,
     joystick.KINDS,
     appliances.KINDS,
-    home.KINDS,
     desk.KINDS,
     office.KINDS,
     store.KINDS,
+    cash.KINDS,
+    slot.KINDS,
     street.KINDS,
     vending.KINDS,
     car.KINDS,

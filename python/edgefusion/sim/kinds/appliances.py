@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""What warms or cools a room."""
+"""What warms, cools or lights a room."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from edgefusion.sim.paint import Rng
 
 SPACE_HEATER: Size = (0.24, 0.46, 0.62)
 ELECTRIC_FAN: Size = (0.32, 0.60, 0.64)
+FLOOR_LAMP: Size = (0.42, 0.42, 1.40)
 
 
 def _glowing(rng: Rng, width: float, height: float) -> Texture:
@@ -144,7 +145,44 @@ def electric_fan(rng: Rng) -> list[Part]:
     return (_drum_fan if rng.random() < 0.6 else _box_fan)(rng, size, color, wire)
 
 
+def _shade_cloth(rng: Rng, width: float, height: float, lit: bool) -> Texture:
+    """Fabric around a lamp, pleated or plain, brightest about the bulb where it is lit."""
+    color = paint.pick(rng, (0xE8DCC0, 0xF0EADC, 0xD8C8A8, 0xC8B090, 0xB05040, 0x50687A, 0x7A8A60))
+    cloth = paint.fabric(rng, (width, height), color)
+    if rng.random() < 0.5:
+        across = np.arange(cloth.shape[1], dtype=np.float32)[None, :] / paint.PX_PER_M
+        cloth = paint.toned(cloth, 1 + 0.12 * np.sin(2 * np.pi * across / rng.uniform(0.015, 0.03)))
+    if lit:
+        down = np.linspace(0, 1, cloth.shape[0], dtype=np.float32)[:, None]
+        cloth = paint.toned(cloth, 1 + 0.35 * np.exp(-(((down - 0.55) / 0.3) ** 2)))
+    hem = paint.lighter(color, 0.7)
+    marks.rectangle(cloth, (0, 0, width, 0.012), hem)
+    marks.rectangle(cloth, (0, height - 0.012, width, 0.012), hem)
+    return cloth
+
+
+def floor_lamp(rng: Rng) -> list[Part]:
+    """A shade on a thin pole with a round foot."""
+    _, width, height = varied(rng, FLOOR_LAMP)
+    radius, tall = width / 2, rng.uniform(0.24, 0.34)
+    tip, lit = rng.uniform(0.5, 0.9) * radius, bool(rng.random() < 0.6)
+    pole, foot = rng.uniform(0.010, 0.016), rng.uniform(0.62, 0.75) * radius
+    metal = plain(paint.pick(rng, (0xB89A58, 0x2A2A2C, 0xC0C4C8, 0x6A4A30, 0xE8E6E0)))
+    low = height - tall
+    stand = [(0, 0), (foot, 0), (foot, 0.015), (0.9 * foot, 0.03), (2 * pole, 0.045), (pole, 0.07), (pole, low)]
+    bead = rng.uniform(0.3, 0.8) * low
+    ring = [(pole, bead), (1.8 * pole, bead + 0.015), (1.8 * pole, bead + 0.03), (pole, bead + 0.045)]
+    cloth = _shade_cloth(rng, np.pi * radius, tall, lit)
+    inner = plain(0xFFF4D8 if lit else 0xC8C0B0)
+    parts = [lathe(stand, metal, 24), lathe(ring, metal, 16), lathe([(radius, low), (tip, height)], cloth, 32)]
+    parts.append(lathe([(0.99 * tip, height), (0.99 * radius, low)], inner, 32))
+    parts += drum(pole, low, height - 0.04, metal, segments=12)
+    bulb = [(0.02, low + 0.05), (0.035, low + 0.1), (0.02, low + 0.14), (0, low + 0.14)]
+    return [*parts, lathe(bulb, plain(0xFFFFF0 if lit else 0xD8D8D4), 12)]
+
+
 KINDS = (
     Kind("space heater", "space heater", SPACE_HEATER, space_heater),
     Kind("electric fan", "electric fan", ELECTRIC_FAN, electric_fan),
+    Kind("floor lamp", "lampshade", FLOOR_LAMP, floor_lamp),
 )
