@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Sequence
 
 import numpy as np
@@ -140,8 +140,6 @@ def _seen(
 
 
 def _with_errors(about: Seen, truth: ObjectTruth, detection: Detection) -> Seen:
-    from dataclasses import replace
-
     found, true = detection.box, truth.box
     height_px, true_height_px = found[3] - found[1], true[3] - true[1]
     return replace(

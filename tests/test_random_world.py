@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Worlds by seed, and places to look at them from."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from edgefusion.sim.building import FLOORS, WALLS
+from edgefusion.sim.built_world import build
+from edgefusion.sim.floor_plan import distances_m
+from edgefusion.sim.kinds import CATALOGUE
+from edgefusion.sim.random_world import random_world
+from edgefusion.sim.viewpoints import FARTHEST_M, NEAREST_M, ROBOT_RADIUS_M, viewpoint
+
+KINDS = list(CATALOGUE.values())
+LASER_HEIGHT_M = 0.35
+SEEDS = range(12)
+
+
+def test_the_same_seed_gives_the_same_world_and_another_one_another() -> None:
+    assert random_world(5, KINDS) == random_world(5, KINDS)
+    assert random_world(5, KINDS) != random_world(6, KINDS)
+
+
+def test_worlds_differ_in_place_floor_walls_and_objects() -> None:
+    worlds = [random_world(seed, KINDS) for seed in range(60)]
+    assert {world.floor for world in worlds} == set(FLOORS)
+    assert {wall.finish for world in worlds for wall in world.walls} == set(WALLS)
+    assert {world.ceiling_m is None for world in worlds} == {True, False}
+    assert {thing.kind.name for world in worlds for thing in world.things} == set(CATALOGUE)
+
+
+def test_no_object_has_the_seed_or_the_name_of_another() -> None:
+    for seed in SEEDS:
+        things = random_world(seed, KINDS).things
+        assert len({thing.name for thing in things}) == len({thing.seed for thing in things}) == len(things)
+
+
+@pytest.fixture(scope="module")
+def worlds():
+    return [build(random_world(seed, KINDS), LASER_HEIGHT_M) for seed in SEEDS]
+
+
+def test_some_objects_stand_free_and_some_touch(worlds) -> None:
+    clearances = [world.plan.clearance_m(i) for world in worlds for i in range(len(world.bodies))]
+    assert np.mean([c >= 0.6 for c in clearances]) > 0.25
+    assert np.mean([c < 0.1 for c in clearances]) > 0.15
+
+
+def test_nothing_stands_in_a_wall(worlds) -> None:
+    for world in worlds:
+        for body in world.bodies:
+            points = np.concatenate([part.vertices for part in body])[:, :2]
+            ends = np.array([end for wall in world.world.walls for end in (wall.start, wall.end)])
+            assert (points > ends.min(axis=0)).all()
+            assert (points < ends.max(axis=0)).all()
+
+
+def test_a_viewpoint_is_free_looks_at_an_object_and_repeats(worlds) -> None:
+    for seed, world in zip(SEEDS, worlds):
+        pose = viewpoint(world, np.random.default_rng(seed))
+        assert pose == viewpoint(world, np.random.default_rng(seed))
+        assert pose is not None
+        assert distances_m([(pose.x_m, pose.y_m)], world.plan.segments).min() > ROBOT_RADIUS_M
+        here = np.array([pose.x_m, pose.y_m])
+        ahead = []
+        for i, thing in enumerate(world.world.things):
+            dx, dy = (thing.pose.x_m, thing.pose.y_m) - here
+            bearing = np.angle(np.exp(1j * (np.arctan2(dy, dx) - pose.theta)))
+            half = max(world.sizes_m[i][:2]) / 2
+            ahead.append(abs(bearing) < 0.41 and NEAREST_M < np.hypot(dx, dy) < FARTHEST_M + 2 * half)
+        assert any(ahead)
+
+
+def test_a_world_without_objects_has_no_viewpoint() -> None:
+    assert viewpoint(build(random_world(1, KINDS, things=0), LASER_HEIGHT_M), np.random.default_rng(0)) is None
