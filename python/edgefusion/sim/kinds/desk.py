@@ -51,7 +51,7 @@ def desk(rng: Rng) -> list[Part]:
         parts += box((body, column, low), (0, y, low / 2), panel, {"front": face}) + placed(handles, (body / 2, y, 0))
     gap, middle = 0.97 * width - sum(columns), (columns[0] - columns[1]) / 2
     parts += box((0.03, gap, 0.09), (body / 2 - 0.04, middle, low - 0.045), panel)
-    surface = paint.wood(rng, (width, depth), paint.lighter(color, 1.12))
+    surface = paint.wood(rng, (0.5 * width, 0.5 * depth), paint.lighter(color, 1.12))
     parts += box((depth, width, leaf), (0, 0, low + leaf / 2), plain(paint.lighter(color, 0.9)), {"top": surface})
     return parts + placed(_on_the_desk(rng, depth, width, height - top), (0, 0, top))
 

@@ -45,11 +45,13 @@ def bookcase(rng: Rng) -> list[Part]:
     """Shelves full of books, closed at the back and the sides."""
     depth, width, height = varied(rng, BOOKCASE)
     color = paint.pick(rng, WOODS)
-    side = paint.wood(rng, (depth, height), color, True)
-    face = paint.wood(rng, (width, height), color, True)
-    back = paint.wood(rng, (width, height), paint.lighter(color, 0.85), True)
+    side = paint.wood(rng, (0.5 * depth, 0.5 * height), color, True)
+    face = paint.flat((width, height), color)
+    back = paint.wood(rng, (0.5 * width, 0.5 * height), paint.lighter(color, 0.85), True)
     board, plinth, shelves = 0.025, 0.07, int(rng.integers(4, 6))
     pitch = (height - plinth - board) / shelves
+    for stile in (0.0, width - board):
+        marks.inlay(face, (stile, 0, board, height), side[:, : side.shape[1] // 4])
     for i in range(shelves):
         y = board + i * pitch
         opening = (board, y, width - 2 * board, pitch - board)

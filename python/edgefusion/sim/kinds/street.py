@@ -99,8 +99,8 @@ def traffic_light(rng: Rng) -> list[Part]:
     depth, width, height = varied(rng, TRAFFIC_LIGHT)
     head_h = rng.uniform(0.54, 0.6) * height
     base_h = rng.uniform(0.44, 0.5)
-    parts = _cabinet(rng, depth, 0.95 * width, base_h)
-    head_depth, pole_x = 0.15, -0.12
+    parts = _cabinet(rng, depth, width, base_h)
+    head_depth, pole_x = 0.15, -0.17
     pole = paint.painted_metal(rng, (0.25, 0.5), paint.pick(rng, (0xA8ACAE, 0x8C9094, 0x3A3C40)))
     parts += placed(drum(0.04, base_h, height - 0.1 * head_h, pole, segments=14), (pole_x, 0, 0))
     for share in (0.2, 0.75):
