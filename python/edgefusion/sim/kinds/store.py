@@ -38,6 +38,7 @@ def _porthole(rng: Rng, radius: float) -> list[Part]:
 def washer(rng: Rng) -> list[Part]:
     """A front loader: a round glass door, a drawer for the powder, a dial."""
     depth, width, height = varied(rng, WASHER, 0.12)
+    depth -= 0.045  # the door stands out
     color = paint.pick(rng, (0xF4F4F2, 0xF0F2F2, 0xF4F4F2, 0xD4D8DC, 0xECE8DC), 0.015)
     sheet = paint.shaded(paint.grain(rng, paint.flat((width, height), color), 0.01), 1.0, 0.92)
     face = sheet.copy()
@@ -136,6 +137,7 @@ def _keypad(face: Texture, at: tuple[float, float]) -> None:
 def safe(rng: Rng) -> list[Part]:
     """A steel box with a thick door, hinges, a dial or a keypad, a wheel or a lever."""
     depth, width, height = varied(rng, SAFE, 0.14)
+    depth -= 0.045  # the lock stands out
     color = paint.pick(rng, (0x3C4A44, 0x3A3E44, 0x5A5E62, 0x6E2A24, 0x24344A, 0x8A8674, 0xB0B2AE))
     steel = paint.painted_metal(rng, (width, height), color)
     face = steel.copy()
