@@ -49,8 +49,8 @@ def _head(rng: Rng, size: float, color: int) -> list[Part]:
     hat = drum(0.2 * size, 0, 0.12 * size, plain(0x3A3C40), plain(0x505458), 12)
     hat += drum(0.1 * size, 0.12 * size, 0.3 * size, plain(0x101012), plain(0x606468), 10)
     parts += forward(hat, (0.65 * size, 0, 0.85 * size))
+    cap = plain(paint.pick(rng, SIGNAL))
     for y in (-0.48, 0.48):
-        cap = plain(paint.pick(rng, SIGNAL))
         parts += forward(drum(0.17 * size, 0, 0.14 * size, cap, segments=12), (0.65 * size, y * size, 0.7 * size))
     top = drum(0.24 * size, 1.2 * size, 1.34 * size, plain(paint.pick(rng, SIGNAL)), segments=14)
     parts += placed(top, (0, rng.uniform(-0.35, 0.35) * size, 0))
@@ -88,10 +88,10 @@ def _console_top(rng: Rng, side: float, color: int) -> tuple[Texture, list[Part]
     marks.panel(plate, (0.03, 0.03, side - 0.06, side - 0.06), 0.005)
     parts: list[Part] = []
     keys = int(rng.integers(2, 5))
+    caps = [plain(paint.pick(rng, SIGNAL)) for _ in range(2)]
     for i in range(keys):
         y = (i + 0.5 - keys / 2) * 0.8 * side / keys
-        cap = plain(paint.pick(rng, SIGNAL))
-        parts += placed(drum(0.028, 0, 0.022, cap, segments=12), (0.4 * side, y, 0))
+        parts += placed(drum(0.028, 0, 0.022, caps[i % 2], segments=12), (0.4 * side, y, 0))
     slot = 0.4 * side * float(rng.choice((-1, 1)))
     parts += box((0.5 * side, 0.02, 0.006), (-0.1 * side, slot, 0.003), plain(0x08080A))
     return plate, parts + box((0.03, 0.05, 0.07), (rng.uniform(-0.25, 0.1) * side, slot, 0.035), plain(0x6A6E72))
