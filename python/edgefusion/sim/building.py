@@ -24,7 +24,9 @@ Finish = Callable[[Rng], Texture]
 _SQUARE = (_DRAWN_M, _DRAWN_M)
 
 
-def _plaster(colors: tuple[int, ...], grain: float = 0.02) -> Finish:
+def _even(colors: tuple[int, ...], grain: float) -> Finish:
+    """One colour with a grain and faint blotches: what is strong in a tile shows as a pattern when it is repeated."""
+
     def painted(rng: Rng) -> Texture:
         texture = paint.grain(rng, paint.flat(_SQUARE, paint.pick(rng, colors, 0.03)), grain)
         return paint.seamless(paint.toned(texture, 1 + 0.02 * paint.clouds(rng, texture.shape[:2], 90)))
@@ -56,17 +58,12 @@ def _panels(rng: Rng) -> Texture:
 
 def _facade(rng: Rng) -> Texture:
     """A storey of a house, with a window."""
-    texture = _brick(rng) if rng.random() < 0.5 else _plaster((0xC9BFA6, 0xB9A48C, 0xA7ADB0, 0xC4A890))(rng)
+    texture = _brick(rng) if rng.random() < 0.5 else _even((0xC9BFA6, 0xB9A48C, 0xA7ADB0, 0xC4A890), 0.02)(rng)
     marks.rectangle(texture, (0.30, 0.18, 0.40, 0.50), 0xE8E6E0)
     marks.rectangle(texture, (0.33, 0.21, 0.34, 0.44), 0x3C4A58)
     marks.polygon(texture, [(0.33, 0.21), (0.52, 0.21), (0.33, 0.52)], 0x6E8296)
     marks.line(texture, [(0.5, 0.21), (0.5, 0.65)], 0xE8E6E0, 0.018)
     return texture
-
-
-def _concrete(rng: Rng) -> Texture:
-    texture = _plaster((0x9C9A94, 0x86867F, 0xAAA79F), 0.05)(rng)
-    return paint.seamless(paint.dirt(rng, texture, 0.05))
 
 
 def _tiles(rng: Rng) -> Texture:
@@ -100,16 +97,12 @@ def _parquet(rng: Rng) -> Texture:
     return texture
 
 
-def _asphalt(rng: Rng) -> Texture:
-    texture = paint.grain(rng, paint.flat(_SQUARE, paint.pick(rng, (0x5E5E60, 0x6C6A68))), 0.14)
-    return paint.seamless(paint.dirt(rng, texture, 0.05))
-
-
+_CONCRETE = _even((0x9C9A94, 0x86867F, 0xAAA79F), 0.06)
 WALLS: Mapping[str, Finish] = {
-    "plaster": _plaster((0xD9D3C4, 0xCFD4D6, 0xD8CDB6, 0xC2CCC2, 0xE2DED6)),
+    "plaster": _even((0xD9D3C4, 0xCFD4D6, 0xD8CDB6, 0xC2CCC2, 0xE2DED6), 0.02),
     "brick": _brick,
     "panels": _panels,
-    "concrete": _concrete,
+    "concrete": _CONCRETE,
     "facade": _facade,
 }
 FLOORS: Mapping[str, Finish] = {
@@ -117,8 +110,8 @@ FLOORS: Mapping[str, Finish] = {
     "carpet": _carpet,
     "tiles": _tiles,
     "parquet": _parquet,
-    "concrete": _concrete,
-    "asphalt": _asphalt,
+    "concrete": _CONCRETE,
+    "asphalt": _even((0x5E5E60, 0x6C6A68), 0.14),
 }
 SKIRTING = 0x6E6A64
 _MARGIN_M = 12.0
