@@ -113,7 +113,8 @@ class _TopView:
         ranges_m = scan.ranges_m[np.isfinite(scan.ranges_m)]
         # Most of the scan: a single far beam would shrink everything else to a dot.
         self.reach_m = float(np.clip(np.percentile(ranges_m, 90) * 1.15, 2.0, 40.0)) if len(ranges_m) else 5.0
-        self.points = polar_to_plane(scan.ranges_m.astype(float), scan.angles)
+        with np.errstate(invalid="ignore"):  # inf along an axis: drawn nowhere
+            self.points = polar_to_plane(scan.ranges_m.astype(float), scan.angles)
         behind = bool((self.points[np.isfinite(scan.ranges_m), 0] < -0.5).any())
         self.origin = (side_px // 2, side_px // 2 if behind else round(side_px * 0.93))
         self.px_per_m = (0.48 if behind else 0.88) * side_px / self.reach_m

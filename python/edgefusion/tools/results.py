@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""The folder that `edgefusion detect` fills: detections.jsonl, annotated images, summary.json."""
+"""The folder that `edgefusion detect` and `edgefusion demo` fill: detections.jsonl, pictures, a summary."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ class ResultsFolder:
     """Writes results as they come: every line is on its way to the disk before the next frame is looked at.
 
     Nothing is touched before the first result; with `overwrite`, what an earlier run left goes then.
+    also: names of files and folders that belong to the results beside those that every run leaves.
     Raises RefusedError where results lie already, and for what cannot be written.
     """
 
-    def __init__(self, path: Path, overwrite: bool = False) -> None:
-        self.path, self._overwrite = path, overwrite
+    def __init__(self, path: Path, overwrite: bool = False, also: Sequence[str] = ()) -> None:
+        self.path, self._overwrite, self._also = path, overwrite, also
         self._lines: BinaryIO | None = None
         with _writing(path):
-            present = [path / name for name in (DETECTIONS, SUMMARY) if (path / name).exists()]
+            present = [path / name for name in (DETECTIONS, SUMMARY, *also) if (path / name).exists()]
         if present and not overwrite:
             raise RefusedError(f"{present[0]}: exists already; --overwrite replaces it, --out takes another")
 
@@ -56,20 +57,20 @@ class ResultsFolder:
 
     def write_image(self, name: str, image: npt.NDArray[np.uint8]) -> Path:
         """A picture below this folder; `name` may have folders and ends with the format."""
+        _, data = cv2.imencode(Path(name).suffix, image)
+        return self.write_file(name, data.tobytes())
+
+    def write_summary(self, summary: dict[str, Any], name: str = SUMMARY) -> Path:
+        """A file of JSON, indented for people."""
+        return self.write_file(name, msgspec.json.format(msgspec.json.encode(summary), indent=2) + b"\n")
+
+    def write_file(self, name: str, content: bytes) -> Path:
+        """A file below this folder; `name` may have folders."""
         self._begun()
         path = self.path / name
-        _, data = cv2.imencode(path.suffix, image)
         with _writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(data.tobytes())
-        return path
-
-    def write_summary(self, summary: dict[str, Any]) -> Path:
-        """summary.json, indented for people."""
-        self._begun()
-        path = self.path / SUMMARY
-        with _writing(path):
-            path.write_bytes(msgspec.json.format(msgspec.json.encode(summary), indent=2) + b"\n")
+            path.write_bytes(content)
         return path
 
     def _begun(self) -> BinaryIO:
@@ -83,11 +84,11 @@ class ResultsFolder:
         return self._lines
 
     def _remove_old(self) -> None:
-        if (self.path / SUMMARY).exists():
-            (self.path / SUMMARY).unlink()
-        for pictures in PICTURES:
-            if (self.path / pictures).exists():
-                shutil.rmtree(self.path / pictures)
+        for path in (self.path / name for name in (SUMMARY, *PICTURES, *self._also)):
+            if path.is_dir():
+                shutil.rmtree(path)
+            elif path.exists():
+                path.unlink()
 
 
 @contextmanager
