@@ -43,20 +43,20 @@ class RouteFollower:
         self._there = self._there or (len(self._points) == 1 and self._at_goal(pose))
         return self._turn(pose) if self._there else self._drive(pose)
 
+    def way_left_m(self, pose: Pose2D) -> float:
+        """How far it still is, along the route."""
+        way = [(pose.x_m, pose.y_m), *self._points]
+        return sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(way, way[1:]))
+
     def _at_goal(self, pose: Pose2D) -> bool:
         return _apart_m(pose, self._points[0]) < self._limits.place_m
 
     def _drive(self, pose: Pose2D) -> Twist2D:
         x_m, y_m = self._points[0]
         off = math.remainder(math.atan2(y_m - pose.y_m, x_m - pose.x_m) - pose.theta, 2 * math.pi)
-        speed_mps = min(self._limits.speed_mps, math.sqrt(2 * self._limits.braking_mps2 * self._way_m(pose)))
+        speed_mps = min(self._limits.speed_mps, math.sqrt(2 * self._limits.braking_mps2 * self.way_left_m(pose)))
         # The more it looks elsewhere the slower, and beyond 0.8 rad it turns on the spot: no circles about a point.
         return Twist2D(speed_mps * max(0.0, 1 - abs(off) / 0.8), self._yaw_rate(off))
-
-    def _way_m(self, pose: Pose2D) -> float:
-        """How far it still is, along the route."""
-        way = [(pose.x_m, pose.y_m), *self._points]
-        return sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(way, way[1:]))
 
     def _turn(self, pose: Pose2D) -> Twist2D:
         off = math.remainder(self._goal.theta - pose.theta, 2 * math.pi)

@@ -34,7 +34,7 @@ OWNED_BY_NOTHING = -2
 """Owner of a beam that met no surface; floor_plan.BUILDING and the objects' indices are the others."""
 
 _NS_PER_S = 1e9
-_LIGHT, _SCAN, _FRAME, _PHASE = range(4)
+_SCAN, _FRAME, _PHASE, _LIGHT = range(4)
 
 
 @dataclass(frozen=True)
