@@ -13,7 +13,7 @@ CXX_BUILD := build/cpp
 help: ## list the targets
 	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-demo: $(VENV)/.edgefusion ## the main job on the scene that comes with the project (results in out/)
+demo: $(VENV)/.edgefusion ## a simulated robot drives through a laboratory; a report of what it saw in out/demo
 	@$(BIN)/edgefusion demo
 
 test: $(VENV)/.test ## every fast test (pytest; ARGS="-k dbscan" picks some)
@@ -51,7 +51,7 @@ $(VENV)/.created:
 # Editable: a change in Python needs no new installation, one in C++ does.
 $(VENV)/.edgefusion: $(SOURCES) | $(VENV)/.created
 	@echo "edgefusion: building and installing into $(VENV) (about a minute) ..."
-	@$(BIN)/python -m pip install -q -e '.[cpu]'
+	@$(BIN)/python -m pip install -q -e '.[cpu,sim]'
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.edgefusion

@@ -3,7 +3,7 @@
 """`edgefusion detect` as a user starts it: time to the first detection, total time and peak memory.
 
 Against the plain pipeline as a script (plain.py), both as child processes on the beginning of a real drive with a
-MobileNetV2 and the 8 nearest objects; where that is absent, on the scene that comes with the project with a ResNet18 of
+MobileNetV2 and the 8 nearest objects; where that is absent, on the scene of the tests with a ResNet18 of
 random weights. The first detection is there when its line is in the file of results.
 """
 
@@ -74,8 +74,8 @@ def beginning_of_drive(folder: Path, frames: int) -> Path:
 
 
 def built_in_scene(folder: Path) -> Path:
-    """The scene that comes with the project, with the calibration in both files' formats."""
-    from edgefusion.tools import scene
+    """The scene of the tests, with the calibration in both files' formats."""
+    from tests import scene
 
     scene.write_recording(folder)
     extrinsic = {"R": scene.T_CAMERA_LASER[:3, :3].tolist(), "t": scene.T_CAMERA_LASER[:3, 3].tolist()}

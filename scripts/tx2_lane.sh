@@ -24,6 +24,6 @@ fi
 venv=${TX2_VENV:-.venv-tx2}
 "$python38" -m venv --clear "$venv"
 "$venv/bin/python" -m pip install -q --upgrade 'pip>=22'
-"$venv/bin/python" -m pip install -q -r requirements-tx2.txt '.[cpu,test]'
+"$venv/bin/python" -m pip install -q -r requirements-tx2.txt '.[cpu,sim,test]'
 "$venv/bin/python" -m pip list 2>/dev/null | grep -iE '^(numpy|onnxruntime|eclipse-zenoh|edgefusion) '
 "$venv/bin/python" -m pytest

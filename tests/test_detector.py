@@ -20,9 +20,9 @@ from edgefusion.perception.clusters import find_clusters
 from edgefusion.perception.detector import Detector
 from edgefusion.perception.groups import LabelGroups
 from edgefusion.recording.folder import FolderRecording
-from edgefusion.tools.scene import OBJECTS, STEP_M, nearest_m, write_recording
 from edgefusion.types import STILL, UNKNOWN, Frame, Pose2D, Scan
 from make_colour_network import open_colour_network
+from scene import OBJECTS, STEP_M, nearest_m, write_recording
 
 COLOURS = {solid.name: solid.color for solid in OBJECTS}
 

@@ -17,8 +17,8 @@ import pytest
 
 from edgefusion.errors import RefusedError
 from edgefusion.recording.folder import FolderRecording, read_image
-from edgefusion.tools.scene import FRAMES, write_recording
 from edgefusion.types import Frame, Scan
+from scene import FRAMES, write_recording
 
 
 @pytest.fixture(scope="module")

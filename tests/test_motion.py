@@ -9,8 +9,8 @@ import pytest
 
 from edgefusion.perception.calibration import Calibration
 from edgefusion.perception.motion import laser_motion, shift_px, transform
-from edgefusion.tools.scene import FOCAL_PX, HEIGHT, LASER_HEIGHT_M, T_CAMERA_LASER, WIDTH, K
 from edgefusion.types import STILL, Pose2D
+from scene import FOCAL_PX, HEIGHT, LASER_HEIGHT_M, T_CAMERA_LASER, WIDTH, K
 
 UPSIDE_DOWN = np.array([[1, 0, 0, 0.2], [0, -1, 0, 0.1], [0, 0, -1, 0.3], [0, 0, 0, 1]], float)
 POINT = np.array([2.0, -0.5, 0.0])  # of the laser: 2.2 m ahead of base_link and 0.6 m to its left

@@ -90,13 +90,13 @@ def compare(
     frame: int,
 ) -> tuple[list[Seen], list[Claim]]:
     """Every object of a frame, and every detection. clearances_m: of each of the world's objects."""
-    owner_of = [_owner(shot, detection) for detection in detections]
+    owners = [owner_of(shot, detection) for detection in detections]
     matched: dict[int, Detection] = {}
-    for detection, owner in sorted(zip(detections, owner_of), key=lambda each: -len(each[0].cluster.indices)):
+    for detection, owner in sorted(zip(detections, owners), key=lambda each: -len(each[0].cluster.indices)):
         matched.setdefault(owner, detection)
     truths = {truth.index: truth for truth in shot.truth}
     claims = []
-    for detection, owner in zip(detections, owner_of):
+    for detection, owner in zip(detections, owners):
         real = owner >= 0 and matched[owner] is detection
         named = detection.label != UNKNOWN
         right = real and named and owner in truths and detection.label == truths[owner].label
@@ -108,7 +108,7 @@ def compare(
     return seen, claims
 
 
-def _owner(shot: Snapshot, detection: Detection) -> int:
+def owner_of(shot: Snapshot, detection: Detection) -> int:
     """Whose surface most of the cluster's beams met."""
     owners, counts = np.unique(shot.owners[detection.cluster.indices], return_counts=True)
     return int(owners[counts.argmax()])

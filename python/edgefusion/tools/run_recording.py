@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""A whole recording through the detector: what `edgefusion detect` and `edgefusion demo` share."""
+"""A whole recording through the detector: what `edgefusion detect` does."""
 
 from __future__ import annotations
 
@@ -112,14 +112,11 @@ class Tally:
 
     def __init__(self) -> None:
         self.sync: dict[str, int] = {}
-        self.first_frame: list[Detection] = []
         self._times: list[StageTimes] = []
         self._labels: Counter[str] = Counter()
 
     def add(self, detections: list[Detection], times: StageTimes) -> None:
         """One more frame."""
-        if not self._times:
-            self.first_frame = detections
         self._times.append(times)
         self._labels.update(detection.group or detection.label for detection in detections)
 

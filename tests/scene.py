@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""A small scene that comes with the project: a room with a few plain solids, as a folder recording with truth."""
+"""A small scene of known truth: a room with a few plain solids, as a folder recording."""
 
 from __future__ import annotations
 

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The folder that `edgefusion demo` fills: index.html, report.json, detections.jsonl, the pictures and plots."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Sequence
+
+from edgefusion.sim.built_world import BuiltWorld
+from edgefusion.tools.drive import Look, Moment
+from edgefusion.tools.drive_tally import FirstSighting
+from edgefusion.tools.look_pictures import LookPictures
+from edgefusion.tools.plan_plot import plan_plot, size_in
+from edgefusion.tools.report import html
+from edgefusion.tools.report_plots import Plot, error_plot, pose_plot, svgs
+from edgefusion.tools.results import ResultsFolder
+from edgefusion.types import UNKNOWN
+
+PAGE, REPORT, PLOTS = "index.html", "report.json", "plots"
+POSE_IN, ERRORS_IN = (7.0, 5.2), (7.0, 3.0)
+
+
+class Pictured(NamedTuple):
+    """A first sighting and the names of its pictures; empty for a wall without a name, of which there are none."""
+
+    first: FirstSighting
+    image: str
+    scan: str
+
+
+class ReportFolder:
+    """Takes the looks of a drive as they come, and the report at its end.
+
+    Raises RefusedError where results lie already, and for what cannot be written.
+    """
+
+    def __init__(self, path: Path, overwrite: bool, pictures: LookPictures) -> None:
+        self.path, self._pictures = path, pictures
+        self._results = ResultsFolder(path, overwrite, also=(PAGE, REPORT, PLOTS))
+        self.pictured: list[Pictured] = []
+
+    def __enter__(self) -> ReportFolder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._results.__exit__(kind, error, trace)
+
+    def add(self, look: Look, confirmed: Sequence[FirstSighting]) -> None:
+        """The detections of a look, and pictures of what it confirmed."""
+        self._results.write_detections(look.number, look.detections)
+        for first in confirmed:
+            if first.owner < 0 and first.sighting.label == UNKNOWN:
+                self.pictured.append(Pictured(first, "", ""))
+                continue
+            name = f"{len(self.pictured):02d}-{_slug(first.sighting.label)}"
+            image, scan = f"annotated/{name}.jpg", f"scans/{name}.png"
+            self._results.write_image(image, self._pictures.camera(look, [first.detection]))
+            self._results.write_image(scan, self._pictures.scan(look, [first.detection]))
+            self.pictured.append(Pictured(first, image, scan))
+
+    def write(self, report: dict[str, Any], world: BuiltWorld, trail: Sequence[Moment], errors_m: Any) -> None:
+        """The plots, report.json and the page."""
+        verdicts = {row["name"]: row["found"] and row["named"] for row in report["by_object"] if row["counts"]}
+        places = [(row["place_m"][0], row["place_m"][1]) for row in report["sightings"]]
+        self._write_plot("plan", plan_plot(world, trail, verdicts, places), size_in(world))
+        self._write_plot("pose", pose_plot(trail, world.world.goal), POSE_IN)
+        self._write_plot("errors", error_plot(errors_m), ERRORS_IN)
+        self._results.write_summary(report, REPORT)
+        self._results.write_file(PAGE, html(report).encode())
+
+    def _write_plot(self, name: str, plot: Plot, size_in: tuple[float, float]) -> None:
+        for ending, svg in svgs(plot, size_in):
+            self._results.write_file(f"{PLOTS}/{name}{ending}", svg)
+
+
+def _slug(label: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", label.lower()).strip("-") or "thing"

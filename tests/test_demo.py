@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""`edgefusion demo` as a user runs it: a real drive through a small world, and the report that it leaves."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from edgefusion.cli import main
+from edgefusion.errors import RefusedError
+from edgefusion.perception.make_model import make_model_folder
+from edgefusion.tools.report_plots import check_matplotlib
+from make_colour_network import save_colour_network
+
+NAME = "a <small> world & more"
+WORLD = f"""
+version = 1
+name = "{NAME}"
+description = "a wall, two objects before it and a short way towards them"
+seed = 3
+floor = "linoleum"
+start = [0, 0, 0]
+goal = [1.0, 0.3, 20]
+route = [[0.5, 0.1]]
+walls = [{{ points = [[5, -3], [5, 3]], height_m = 2.5, thickness_m = 0.12, finish = "plaster" }}]
+objects = [
+  {{ name = "the scope", kind = "oscilloscope", pose = [3.2, 0.7, 180] }},
+  {{ name = "the cone", kind = "traffic cone", pose = [2.8, -0.6, 0] }},
+]
+"""
+SECTIONS = ("first-sightings", "path", "poses", "sightings", "objects", "errors", "stages")
+
+
+@pytest.fixture(scope="module")
+def arguments(tmp_path_factory) -> list[str]:
+    """The small world, and a model that calls everything an oscilloscope or a loudspeaker by its colour."""
+    folder = tmp_path_factory.mktemp("demo")
+    (folder / "small.toml").write_text(WORLD, encoding="utf-8")
+    net = save_colour_network(folder / "net", {"oscilloscope": (120, 120, 120), "loudspeaker": (0, 0, 255)})
+    make_model_folder(net, ["oscilloscope", "loudspeaker"], folder / "model", name="c", origin="here", licence="none")
+    return ["--world", str(folder / "small.toml"), "--model", str(folder / "model")]
+
+
+def command(*more: object) -> list[str]:
+    return [sys.executable, "-m", "edgefusion.cli", "demo", *map(str, more)]
+
+
+def edgefusion_demo(*more: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command(*more), capture_output=True, text=True, cwd=cwd, check=False)
+
+
+@pytest.fixture(scope="module")
+def first(arguments, tmp_path_factory) -> Path:
+    """The report of a first run, made where it goes by itself."""
+    cwd = tmp_path_factory.mktemp("cwd")
+    done = edgefusion_demo(*arguments, cwd=cwd)
+    assert done.returncode == 0, done.stderr
+    assert f"report:          {Path('out', 'demo', 'index.html')}" in done.stdout
+    return cwd / "out" / "demo"
+
+
+@pytest.fixture(scope="module")
+def report(first: Path) -> dict:
+    return json.loads((first / "report.json").read_text(encoding="utf-8"))
+
+
+def test_the_numbers_agree_with_each_other(report: dict, first: Path) -> None:
+    lines = [json.loads(line) for line in (first / "detections.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert len(lines) == report["detections"] > 0
+    assert {line["frame"] for line in lines} <= set(range(report["frames"]))
+    assert report["pairing"]["frame paired"] == report["frames"] >= 10
+    counted = [row for row in report["by_object"] if row["counts"]]
+    assert report["objects"]["in_view"] == len(counted)
+    assert report["objects"]["found"] == sum(row["found"] for row in counted)
+    assert report["objects"]["named"] == sum(row["found"] and row["named"] for row in counted)
+    assert set(report["stages_ms"]) == {"cluster", "crop", "infer", "vote", "whole frame"}
+    assert all(0 <= ms["median"] <= ms["p95"] for ms in report["stages_ms"].values())
+    assert report["world"] == NAME and report["version"] == 1
+
+
+def test_both_objects_are_found_and_measured(report: dict) -> None:
+    rows = {row["name"]: row for row in report["by_object"]}
+    assert set(rows) == {"the scope", "the cone"}
+    assert report["objects"]["found"] == report["objects"]["in_view"] == 2
+    assert rows["the scope"]["label"] == "oscilloscope"
+    assert all(row["distance_error_mm_median"] < 30 and 0 < row["iou_median"] <= 1 for row in rows.values())
+    assert report["distance_error_mm"]["median"] < 30
+
+
+def test_sightings_are_confirmed_and_lie_where_the_objects_are(report: dict) -> None:
+    places = {"the scope": (3.2, 0.7), "the cone": (2.8, -0.6)}
+    owned = [row for row in report["sightings"] if row["object"] in places]
+    assert {row["object"] for row in owned} == set(places)
+    for row in owned:
+        assert row["frames"] >= 3
+        assert np.hypot(*np.subtract(row["place_m"], places[row["object"]])) < 0.5
+        assert row["distance_m"] == pytest.approx(row["true_distance_m"], abs=0.1)
+
+
+def test_the_drive_ends_at_its_goal_and_takes_its_time(report: dict) -> None:
+    drive = report["drive"]
+    assert drive["goal_error_m"] < 0.1 and drive["goal_error_deg"] < 5
+    assert 1.0 < drive["way_m"] < 1.3
+    assert drive["way_m"] / 0.5 < drive["duration_s"] < 30
+    assert drive["clearance_m"] > 1
+
+
+def test_the_page_has_every_section_and_needs_nothing_from_elsewhere(first: Path) -> None:
+    page = (first / "index.html").read_text(encoding="utf-8")
+    for name in SECTIONS:
+        assert f'<section id="{name}">' in page
+    links = re.findall(r'(?:src|href|srcset)="([^"]+)"', page)
+    assert len(links) > len(SECTIONS)
+    assert all((first / link).is_file() for link in links), links
+    assert "://" not in page and "<script" not in page and "@import" not in page
+
+
+def test_names_cannot_break_the_page(first: Path) -> None:
+    page = (first / "index.html").read_text(encoding="utf-8")
+    assert "a &lt;small&gt; world &amp; more" in page
+    assert "<small>" not in page
+
+
+def test_every_picture_of_a_sighting_is_there(first: Path, report: dict) -> None:
+    pictured = [row for row in report["sightings"] if row["image"]]
+    assert pictured
+    for row in pictured:
+        assert cv2.imread(str(first / row["image"])).shape == (480, 640, 3)
+        assert cv2.imread(str(first / row["scan"])).shape == (640, 640, 3)
+
+
+def test_a_second_run_goes_beside_the_first_and_the_same_seed_gives_the_same(first: Path, arguments) -> None:
+    done = edgefusion_demo(*arguments, "--json", cwd=first.parents[1])
+    assert done.returncode == 0, done.stderr
+    second = first.with_name("demo-2")
+    report = json.loads(done.stdout)
+    assert report == json.loads((second / "report.json").read_text(encoding="utf-8"))
+    assert (second / "detections.jsonl").read_bytes() == (first / "detections.jsonl").read_bytes()
+    for plot in ("plan.svg", "pose-dark.svg"):
+        assert (second / "plots" / plot).read_bytes() == (first / "plots" / plot).read_bytes()
+
+
+def test_a_report_is_replaced_only_when_asked_to(first: Path, arguments, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    (out / "annotated").mkdir(parents=True)
+    for name in ("report.json", "detections.jsonl", "annotated/old.jpg", "mine.txt"):
+        (out / name).touch()
+    refused = edgefusion_demo(*arguments, "--out", out)
+    assert refused.returncode == 2
+    assert refused.stderr.endswith("exists already; --overwrite replaces it, --out takes another\n")
+    assert edgefusion_demo(*arguments, "--out", out, "--overwrite").returncode == 0
+    assert not (out / "annotated" / "old.jpg").exists() and (out / "mine.txt").exists()
+    assert (out / "report.json").stat().st_size > 100
+
+
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [
+        (["--world", "moon"], "world: expected a .toml file or one of"),
+        (["--world", "missing.toml"], "missing.toml: cannot be read"),
+        (["--model", "missing"], "missing: "),
+        (["--out", "file"], "file: cannot write there"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_one_line(arguments, tmp_path, monkeypatch, capsys, more, named) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("file").touch()
+    assert main(["demo", *arguments, *more]) == 2
+    error = capsys.readouterr().err
+    assert named in error and error.count("\n") == 1
+    assert not Path("out").exists()
+
+
+@pytest.mark.parametrize(("option", "value"), [("--seed", "-1"), ("--seed", "x"), ("--port", "65536")])
+def test_a_number_that_cannot_be_is_refused_in_words(capsys, option: str, value: str) -> None:
+    with pytest.raises(SystemExit):
+        main(["demo", f"{option}={value}"])
+    assert f"argument {option}: expected a whole number from 0" in capsys.readouterr().err
+
+
+def test_without_matplotlib_it_says_how_to_get_it(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(RefusedError, match=r"pip install 'edgefusion\[sim\]'"):
+        check_matplotlib()
+
+
+def test_the_live_view_shows_the_drive_and_ends_on_ctrl_c(arguments, tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        command(*arguments, "--view", "--out", tmp_path / "out"), stderr=subprocess.PIPE, text=True
+    )
+    assert process.stderr is not None
+    with process, process.stderr:
+        url = re.search(r"http://127\.0\.0\.1:(\d+)/", process.stderr.readline())
+        assert url is not None
+        with urllib.request.urlopen(url[0], timeout=20) as page:
+            assert b'<img src="stream"' in page.read()
+        with urllib.request.urlopen(f"{url[0]}stream", timeout=20) as stream:
+            pictures = [next_picture(stream) for _ in range(2)]
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 130
+        assert process.stderr.read().splitlines()[-1] == "edgefusion: interrupted"
+    assert all(picture.shape == (480, 640 + 480, 3) for picture in pictures)
+    assert (pictures[0] != pictures[1]).any()
+    with socket.socket() as again:
+        again.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        again.bind(("127.0.0.1", int(url[1])))
+
+
+def next_picture(stream) -> np.ndarray:
+    """The next JPEG of a multipart stream."""
+    while not (match := re.match(rb"Content-Length: (\d+)", stream.readline())):
+        pass
+    assert stream.readline() == b"\r\n"
+    return cv2.imdecode(np.frombuffer(stream.read(int(match[1])), np.uint8), cv2.IMREAD_COLOR)
