@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add = parser.add_argument
     add("--out", type=Path, required=True, help="the model folder to make; it must not exist")
-    add("--worlds", type=int, default=450, help="random worlds to train on (default: %(default)s)")
+    add("--worlds", type=int, default=320, help="random worlds to train on (default: %(default)s)")
     add("--held-out", type=int, default=40, help="further worlds that measure the accuracy (default: %(default)s)")
     add("--views", type=int, default=8, help="places in each world to look from (default: %(default)s)")
     add("--epochs", type=int, default=14, help="passes over all crops (default: %(default)s)")
@@ -164,7 +164,7 @@ def _fit(torch: Any, crops: Crops, count: int, args: argparse.Namespace) -> Any:
             loss.backward()
             optimizer.step()
             schedule.step()
-            losses.append(float(loss))
+            losses.append(loss.item())
             progress.set_postfix(loss=f"{np.mean(losses[-50:]):.3f}", refresh=False)
         print(f"epoch {epoch + 1}/{args.epochs}: loss {np.mean(losses):.4f}", flush=True)
     return network.eval()
