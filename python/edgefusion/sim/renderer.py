@@ -45,11 +45,11 @@ class Renderer:
     """
 
     def __init__(self, rig: Rig) -> None:
+        self._pipe = open_pipe()  # first: it says in one line what is missing
         from panda3d import core
 
         self._rig, self._lens = rig, lens_of(rig)
         self._engine = core.GraphicsEngine.get_global_ptr()
-        self._pipe = open_pipe()
         self._lit = _View(self._engine, self._pipe, self._lens)
         self._flat = _View(self._engine, self._pipe, self._lens)
         self._numbered: list[Any] = []
