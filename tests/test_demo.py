@@ -140,6 +140,17 @@ def test_every_picture_of_a_sighting_is_there(first: Path, report: dict) -> None
         assert cv2.imread(str(first / row["scan"])).shape == (640, 640, 3)
 
 
+def test_a_world_with_nothing_in_it_gets_its_page_too(arguments, tmp_path: Path, capsys) -> None:
+    empty = re.sub(r"(walls|objects) = \[.*?\n?\]\n(?=[a-z]|$)", "", WORLD, flags=re.DOTALL)
+    (tmp_path / "empty.toml").write_text(empty, encoding="utf-8")
+    assert main(["demo", *arguments, "--world", str(tmp_path / "empty.toml"), "--out", str(tmp_path / "out")]) == 0
+    assert "found:           0 of 0 objects" in capsys.readouterr().out
+    report = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
+    assert report["sightings"] == report["by_object"] == []
+    assert report["distance_error_mm"]["median"] is None and report["drive"]["clearance_m"] is None
+    assert "Nothing was." in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+
+
 def test_a_second_run_goes_beside_the_first_and_the_same_seed_gives_the_same(first: Path, arguments) -> None:
     done = edgefusion_demo(*arguments, "--json", cwd=first.parents[1])
     assert done.returncode == 0, done.stderr
@@ -171,6 +182,7 @@ def test_a_report_is_replaced_only_when_asked_to(first: Path, arguments, tmp_pat
         (["--world", "missing.toml"], "missing.toml: cannot be read"),
         (["--model", "missing"], "missing: "),
         (["--out", "file"], "file: cannot write there"),
+        (["--port", "8000"], "--port 8000: expected --view beside it"),
     ],
 )
 def test_what_cannot_be_is_refused_with_one_line(arguments, tmp_path, monkeypatch, capsys, more, named) -> None:

@@ -132,7 +132,9 @@ class Simulation:
     def owners(self, stamp_ns: int) -> npt.NDArray[np.int32]:
         """Whose surface each beam of that scan met, int32[beams]: an object's index, BUILDING or OWNED_BY_NOTHING."""
         hits = self._scan(stamp_ns)[1]
-        return np.where(hits >= 0, self.world.plan.owners[hits], OWNED_BY_NOTHING).astype(np.int32)
+        owners = np.full(len(hits), OWNED_BY_NOTHING, np.int32)
+        owners[hits >= 0] = self.world.plan.owners[hits[hits >= 0]]
+        return owners
 
     def frame(self, stamp_ns: int) -> Frame:
         """The frame of one of the camera's stamps. Raises RefusedError where there is no renderer."""

@@ -8,6 +8,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from edgefusion.errors import RefusedError
+
 EXAMPLES = """examples:
   edgefusion demo
   edgefusion demo --world street --seed 3 --out out/street
@@ -36,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     add("--model", type=Path, default=MODEL, help="model folder (default: the simulator's own)")
     add("--seed", type=_whole, default=0, metavar="N", help="of light, noise and slip (default: 0)")
     add("--view", action="store_true", help="show it live in a browser on this machine, in real time")
-    add("--port", type=_port, default=0, metavar="N", help="of the live view (default: a free one)")
+    add("--port", type=_port, metavar="N", help="of the live view (default: a free one)")
     add("--json", action="store_true", help="print the numbers as JSON")
     parser.set_defaults(run=run)
 
@@ -65,6 +67,8 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.tools.report_plots import check_matplotlib
     from edgefusion.tools.results import results_path
 
+    if args.port is not None and not args.view:
+        raise RefusedError(f"--port {args.port}: expected --view beside it")
     check_matplotlib()
     options = DemoOptions(
         world=load_world(args.world),
@@ -72,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
         overwrite=args.overwrite,
         model=args.model,
         seed=args.seed,
-        port=args.port if args.view else None,
+        port=(args.port or 0) if args.view else None,
         command=shlex.join(["edgefusion", *sys.argv[1:]]),
     )
     report = run_demo(options)

@@ -43,7 +43,9 @@ def report_of(world: BuiltWorld, drive: Drive, tally: DriveTally, pictured: Sequ
     }
 
 
-def _drive(world: BuiltWorld, drive: Drive) -> dict[str, float]:
+def _drive(world: BuiltWorld, drive: Drive) -> dict[str, float | None]:
+    """clearance_m: None in a world without anything."""
+    clearance_m = min(moment.clearance_m for moment in drive.trail)
     end, goal = drive.trail[-1], world.world.goal
     off, slipped = end.pose.relative_to(goal), end.pose.relative_to(end.believed)
     steps = np.diff([(moment.pose.x_m, moment.pose.y_m) for moment in drive.trail], axis=0)
@@ -53,7 +55,7 @@ def _drive(world: BuiltWorld, drive: Drive) -> dict[str, float]:
         "goal_error_m": math.hypot(off.x_m, off.y_m),
         "goal_error_deg": abs(math.degrees(off.theta)),
         "odometry_error_m": math.hypot(slipped.x_m, slipped.y_m),
-        "clearance_m": min(moment.clearance_m for moment in drive.trail),
+        "clearance_m": clearance_m if math.isfinite(clearance_m) else None,
     }
 
 

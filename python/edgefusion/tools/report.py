@@ -14,6 +14,7 @@ from edgefusion.types import UNKNOWN
 
 Report = Mapping[str, Any]
 
+_TOOK = {False: "what simulating and detecting took on this machine", True: "what it took, shown in real time"}
 STAGES = {
     "cluster": "project the scan, cluster it, place the boxes",
     "crop": "cut the boxes out and resize them",
@@ -41,7 +42,7 @@ def _header(report: Report) -> str:
         ),
         (str(report["frames"]), f"frames looked at, one every {LOOK_NS / 1e9:g} s or a little later"),
         (f"{drive['duration_s']:.1f} s", f"the drive, {drive['way_m']:.1f} m, in simulated time"),
-        (f"{report['took_s']:.0f} s", "what simulating and detecting took on this machine"),
+        (f"{report['took_s']:.0f} s", _TOOK[report["live"]]),
     ]
     return (
         f"<header>\n<h1>edgefusion demo: {escape(report['world'])}</h1>\n"
@@ -58,7 +59,8 @@ def _first_sightings(report: Report) -> str:
         "the third: the camera's image with the laser's points, the boxes that voted (thin) and the one that won "
         "(thick), and the scan from above with its clusters in the same colours, the robot looking up."
     )
-    return section("first-sightings", "First sightings", meaning, f'<div class="cards">\n{chr(10).join(cards)}\n</div>')
+    shown = '<div class="cards">\n' + "\n".join(cards) + "\n</div>" if cards else "<p><b>Nothing was.</b></p>"
+    return section("first-sightings", "First sightings", meaning, shown)
 
 
 def _card(row: Report) -> str:
@@ -73,8 +75,8 @@ def _path(report: Report) -> str:
     meaning = (
         "The world from above: ✓ was found and named right, ✗ was not, what has no mark was never in full view. The "
         "robot follows its odometry, which slips; crosses are where it believes to have seen something. It "
-        f"stopped {100 * drive['goal_error_m']:.0f} cm and {drive['goal_error_deg']:.1f}° from its goal and came no "
-        f"nearer than {drive['clearance_m']:.2f} m to anything, from its middle."
+        f"stopped {100 * drive['goal_error_m']:.0f} cm and {drive['goal_error_deg']:.1f}° from its goal; the nearest "
+        f"that its middle came to anything is {_number(drive['clearance_m'], '{:.2f} m')}."
     )
     return section("path", "The path", meaning, plot("plots/plan", "plan of the world with the path"))
 
