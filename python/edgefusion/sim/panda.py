@@ -103,8 +103,10 @@ def model_of(parts: Iterable[Part], name: str) -> Node:
 
     root = core.NodePath(name)
     textures: dict[int, Any] = {}
-    for part in parts:
+    for order, part in enumerate(parts):
         path = root.attach_new_node(part_node(part))
+        # Else surfaces are drawn in the order of their addresses, and where two are as far away the last one wins.
+        path.set_bin("background", order)
         key = id(part.texture.base if part.texture.base is not None else part.texture)
         if key not in textures:
             textures[key] = texture_of(part.texture)
