@@ -17,8 +17,9 @@ struct SplitRule {
 /// Splits clusters in which something stands before a straight face: an object at a wall, or beside a deeper one.
 ///
 /// Seen from the laser a single object is convex: none of its points is nearer than the line along one of its
-/// faces. Where points are, the face (everything along the line, on both sides of what stands before it) becomes
-/// a cluster of its own, the rest is clustered again, and so on. Two faces that are flush stay one cluster.
+/// faces. Where points are, the face (everything along its line, on both sides of what stands before it) becomes
+/// a cluster of its own, the rest is clustered again, and so on. Two faces that are flush stay one cluster; an
+/// object with a deep hollow, as a desk may have, comes apart.
 ///
 /// points  n x 2, row major, in the laser's frame [m], in the order of the beams
 /// labels  n cluster labels from 0, kNoise for none, rewritten: new clusters get labels from the number of clusters

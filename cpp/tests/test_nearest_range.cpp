@@ -57,7 +57,7 @@ TEST_CASE("one beam is its own nearest range, with its own noise") {
   const double range = 3.0;
   const NearestRange nearest = nearest_range(&range, 1, kSigma);
   CHECK(nearest.range_m == doctest::Approx(3.0).epsilon(1e-4));
-  CHECK(nearest.sigma_m == doctest::Approx(1.2 * kSigma).epsilon(0.05));
+  CHECK(nearest.sigma_m == doctest::Approx(1.5 * kSigma).epsilon(0.05));
   CHECK(nearest.index == 0);
 }
 

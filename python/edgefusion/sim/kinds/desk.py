@@ -38,11 +38,11 @@ def desk(rng: Rng) -> list[Part]:
     depth, width, height = varied(rng, DESK, 0.14)
     color, leaf, top = paint.pick(rng, WOODS), 0.035, rng.uniform(0.62, 0.66) * height
     panel = paint.wood(rng, (0.5, top), color)
-    recess, low = 0.16, top - leaf
+    recess, low = 0.05, top - leaf  # deeper, and a laser would see two pedestals and a wall
     columns = [rng.uniform(0.26, 0.32) * width, 0.05 if rng.random() < 0.7 else 0.26 * width]
     if rng.random() < 0.5:
         columns.reverse()
-    knee = paint.toned(panel, np.linspace(0.25, 0.6, panel.shape[0], dtype=np.float32)[:, None])
+    knee = paint.toned(panel, np.linspace(0.2, 0.5, panel.shape[0], dtype=np.float32)[:, None])
     body = 0.94 * depth
     parts = box((body - recess, 0.95 * width, low), (-recess / 2, 0, low / 2), panel, {"front": knee})
     for side, column in zip((-1, 1), columns):
