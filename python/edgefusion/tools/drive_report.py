@@ -23,7 +23,7 @@ def report_of(world: BuiltWorld, drive: Drive, tally: DriveTally, pictured: Sequ
     objects = tally.objects()
     counted = [row for row in objects if row["counts"]]
     found = [row for row in counted if row["found"]]
-    rows = [{**sighting_row(first, world), "image": image, "scan": scan} for first, image, scan in pictured]
+    rows = [{**sighting_row(first), "image": image, "scan": scan} for first, image, scan in pictured]
     return {
         "version": VERSION,
         "world": world.world.name,

@@ -15,6 +15,7 @@ from edgefusion.perception.calibration import Calibration
 from edgefusion.perception.detector import StageTimes
 from edgefusion.sim.built_world import BuiltWorld
 from edgefusion.sim.truth import ObjectTruth
+from edgefusion.sim.world import Thing
 from edgefusion.tools.drive import Look
 from edgefusion.tools.geometry import iou
 from edgefusion.tools.measure import Seen, compare, owner_of
@@ -27,12 +28,12 @@ BUILDING_NAME = "wall"
 @dataclass(frozen=True)
 class FirstSighting:
     """A sighting in the moment in which it was confirmed: the look, its detection there, and the object that most of
-    the detection's beams met, -1 for a wall. truth: of that object in that look, None for what was not in it."""
+    the detection's beams met, None for a wall. truth: of that object in that look, None for what was not in it."""
 
     sighting: Sighting
     look: Look
     detection: Detection
-    owner: int
+    thing: Thing | None
     truth: ObjectTruth | None
 
 
@@ -56,7 +57,7 @@ class DriveTally:
         self._times.append(look.times)
         self.detections += len(look.detections)
         confirmed = self._sightings.add(look.number, look.believed, look.detections)
-        return [_first(sighting, look) for sighting in confirmed]
+        return [self._first(sighting, look) for sighting in confirmed]
 
     @property
     def frames(self) -> int:
@@ -82,12 +83,12 @@ class DriveTally:
         rows = [(each.range_m, each.distance_error_m, each.sigma_m) for each in found]
         return np.array(rows, float).reshape(-1, 3)
 
-
-def _first(sighting: Sighting, look: Look) -> FirstSighting:
-    detection = sighting.detections[-1]
-    owner = owner_of(look.shot, detection)
-    truth = next((each for each in look.shot.truth if each.index == owner), None)
-    return FirstSighting(sighting, look, detection, owner, truth)
+    def _first(self, sighting: Sighting, look: Look) -> FirstSighting:
+        detection = sighting.detections[-1]
+        owner = owner_of(look.shot, detection)
+        thing = self._world.world.things[owner] if owner >= 0 else None
+        truth = next((each for each in look.shot.truth if each.index == owner), None)
+        return FirstSighting(sighting, look, detection, thing, truth)
 
 
 def _object_row(name: str, seen: Sequence[Seen]) -> dict[str, Any]:
@@ -112,10 +113,9 @@ def _object_row(name: str, seen: Sequence[Seen]) -> dict[str, Any]:
     }
 
 
-def sighting_row(first: FirstSighting, world: BuiltWorld) -> dict[str, Any]:
+def sighting_row(first: FirstSighting) -> dict[str, Any]:
     """A sighting as plain values: what was said and measured when it was confirmed, beside the truth."""
-    detection, truth, sighting = first.detection, first.truth, first.sighting
-    thing = world.world.things[first.owner] if first.owner >= 0 else None
+    detection, truth, sighting, thing = first.detection, first.truth, first.sighting, first.thing
     return {
         "label": sighting.label,
         "true_label": None if thing is None else thing.kind.label,

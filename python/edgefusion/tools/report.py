@@ -55,9 +55,9 @@ def _header(report: Report) -> str:
 def _first_sightings(report: Report) -> str:
     cards = [_card(row) for row in report["sightings"] if row["image"]]
     meaning = (
-        f"What was seen in {CONFIRMED_FRAMES} frames within {SAME_PLACE_M:g} m under the same name, at the moment of "
-        "the third: the camera's image with the laser's points, the boxes that voted (thin) and the one that won "
-        "(thick), and the scan from above with its clusters in the same colours, the robot looking up."
+        f"What was seen in {CONFIRMED_FRAMES} frames within {SAME_PLACE_M:g} m under one name, or rightly without one, "
+        "when that was so: the camera's image with the laser's points, the boxes that voted (thin) and the one that "
+        "won (thick), and the scan from above with its clusters in the same colours, the robot looking up."
     )
     shown = '<div class="cards">\n' + "\n".join(cards) + "\n</div>" if cards else "<p><b>Nothing was.</b></p>"
     return section("first-sightings", "First sightings", meaning, shown)

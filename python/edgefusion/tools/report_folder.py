@@ -24,7 +24,7 @@ POSE_IN, ERRORS_IN = (7.0, 5.2), (7.0, 3.0)
 
 
 class Pictured(NamedTuple):
-    """A first sighting and the names of its pictures; empty for a wall without a name, of which there are none."""
+    """A first sighting and the names of its pictures, empty where there are none."""
 
     first: FirstSighting
     image: str
@@ -54,7 +54,7 @@ class ReportFolder:
         """The detections of a look, and pictures of what it confirmed."""
         self._results.write_detections(look.number, look.detections)
         for first in confirmed:
-            if first.owner < 0 and first.sighting.label == UNKNOWN:
+            if not _worth_a_picture(first):
                 self.pictured.append(Pictured(first, "", ""))
                 continue
             name = f"{len(self.pictured):02d}-{_slug(first.sighting.label)}"
@@ -76,6 +76,12 @@ class ReportFolder:
     def _write_plot(self, name: str, plot: Plot, size_in: tuple[float, float]) -> None:
         for ending, svg in svgs(plot, size_in):
             self._results.write_file(f"{PLOTS}/{name}{ending}", svg)
+
+
+def _worth_a_picture(first: FirstSighting) -> bool:
+    """What got a name, and what has none: neither walls without a name, nor what only had none at first."""
+    nameless = first.thing is not None and first.thing.kind.label == UNKNOWN
+    return nameless or first.sighting.label != UNKNOWN
 
 
 def _slug(label: str) -> str:
