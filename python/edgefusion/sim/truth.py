@@ -68,7 +68,7 @@ def truth_of(
                 box=box_of(shows),
                 full_box=full_box,
                 range_m=world.plan.nearest_m(index, (laser.x_m, laser.y_m)),
-                occlusion=1 - np.count_nonzero(shows & alone) / np.count_nonzero(alone),
+                occlusion=float(1 - np.count_nonzero(shows & alone) / np.count_nonzero(alone)),
                 cut=full_box[0] <= 0 or full_box[2] >= rig.image_size[0],
                 beams=int(beams[index]),
             )
