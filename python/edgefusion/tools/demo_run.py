@@ -23,7 +23,7 @@ from edgefusion.sim.rig import Rig
 from edgefusion.sim.robot import BaseSpec
 from edgefusion.sim.simulation import Simulation
 from edgefusion.sim.world import World
-from edgefusion.tools.drive import Drive, Pace
+from edgefusion.tools.drive import Drive, Pacing
 from edgefusion.tools.drive_report import report_of
 from edgefusion.tools.drive_tally import DriveTally
 from edgefusion.tools.geometry import calibration_of
@@ -105,7 +105,7 @@ def _as_fast_as_it_can(stamp_ns: int) -> None:
     """Nobody watches."""
 
 
-def real_time(clock: Clock) -> Pace:
+def real_time(clock: Clock) -> Pacing:
     """Holds simulated time up until it is due."""
     began_ns = clock()
 

@@ -29,7 +29,7 @@ SLOWEST_MPS, PATIENCE_S = 0.05, 60.0
 
 _NS_PER_S = 1e9
 
-Pace = Callable[[int], None]
+Pacing = Callable[[int], None]
 """Is told the simulation's time at every tick; where somebody watches it waits until that is due."""
 
 
@@ -61,7 +61,7 @@ class Drive:
     way_m, way_left_m: along the route to the goal, from the start and from here.
     """
 
-    def __init__(self, simulation: Simulation, detector: Detector, sync: SyncConfig, pace: Pace) -> None:
+    def __init__(self, simulation: Simulation, detector: Detector, sync: SyncConfig, pace: Pacing) -> None:
         world = simulation.world.world
         self._simulation, self._detector, self._pace = simulation, detector, pace
         self._sync = Synchronizer(round(sync.tolerance_s * 1e9), round(sync.horizon_s * 1e9))

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from textwrap import fill
 from typing import Any, Mapping, Sequence
 
 import numpy as np
@@ -18,7 +19,7 @@ from edgefusion.tools.report_plots import Plot, Theme
 from edgefusion.types import Pose2D
 
 WIDTH_IN = 7.0
-_MARGIN_M = 0.4
+_MARGIN_M, _LINE = 0.4, 13
 
 
 def plan_plot(
@@ -66,7 +67,9 @@ def _draw_world(axis: Any, world: BuiltWorld, verdicts: Mapping[str, bool], them
         color = theme.faint if verdict is None else theme.good if verdict else theme.bad
         axis.add_patch(Polygon(outline_of(world.bodies[index]), facecolor=theme.fill, edgecolor=color, linewidth=1.4))
         mark = {None: "", True: " ✓", False: " ✗"}[verdict]
-        _write(axis, thing.name + mark, (thing.pose.x_m, thing.pose.y_m), color if mark else theme.ink, theme)
+        _write(
+            axis, fill(thing.name + mark, _LINE), (thing.pose.x_m, thing.pose.y_m), color if mark else theme.ink, theme
+        )
 
 
 def _write(axis: Any, text: str, point: Point, color: str, theme: Theme) -> None:
