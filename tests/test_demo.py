@@ -22,6 +22,9 @@ from edgefusion.errors import RefusedError
 from edgefusion.perception.make_model import make_model_folder
 from edgefusion.tools.report_plots import check_matplotlib
 from make_colour_network import save_colour_network
+from sim_scenes import skip_without_renderer
+
+skip_without_renderer()
 
 NAME = "a <small> world & more"
 WORLD = f"""

@@ -21,6 +21,7 @@ from edgefusion.sim.robot import BaseSpec
 from edgefusion.sim.simulation import OWNED_BY_NOTHING, Simulation
 from edgefusion.sim.world import Thing, Wall, World
 from edgefusion.types import Pose2D, Twist2D
+from sim_scenes import skip_without_renderer
 
 SECOND_NS = 1_000_000_000
 RIG = Rig()
@@ -40,6 +41,7 @@ def world() -> BuiltWorld:
 
 @pytest.fixture(scope="module")
 def renderer() -> Iterator[Renderer]:
+    skip_without_renderer()
     with Renderer(RIG) as open_renderer:
         yield open_renderer
 

@@ -9,7 +9,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Iterator
 
 from tqdm import tqdm
 
@@ -23,7 +23,7 @@ from edgefusion.sim.rig import Rig
 from edgefusion.sim.robot import BaseSpec
 from edgefusion.sim.simulation import Simulation
 from edgefusion.sim.world import World
-from edgefusion.tools.drive import Drive, Pacing
+from edgefusion.tools.drive import Drive, Look, Pacing
 from edgefusion.tools.drive_report import report_of
 from edgefusion.tools.drive_tally import DriveTally
 from edgefusion.tools.geometry import calibration_of
@@ -34,6 +34,7 @@ from edgefusion.tools.report_folder import ReportFolder
 BASE = BaseSpec(slip_m=0.002, left_drift_percent=0.1)
 """A base whose odometry is off by some centimetres after ten metres, as a good one's is."""
 
+_NS_PER_S = 1e9
 _BAR = "{l_bar}{bar}| {n:.1f} of {total:.1f} m [{elapsed}<{remaining}]"
 
 
@@ -52,34 +53,30 @@ class DemoOptions:
 
 def run_demo(options: DemoOptions) -> dict[str, Any]:
     """Drives, writes the report's folder, returns what is in report.json. Raises RefusedError."""
-    began_ns = system_clock()
     rig, config = Rig(), Config()
     calibration = calibration_of(rig)
-    world = build(options.world, rig.laser_height_m)
     detector = Detector(open_classifier(options.model), calibration, config.perception)
-    pictures, tally = LookPictures(calibration, config.perception), DriveTally(world, calibration)
+    pictures = LookPictures(calibration, config.perception)
     with ExitStack() as stack:
         folder = stack.enter_context(ReportFolder(options.out, options.overwrite, pictures))
-        simulation = Simulation(world, rig, stack.enter_context(Renderer(rig)), options.seed, BASE)
+        renderer = stack.enter_context(Renderer(rig))
         view = None if options.port is None else stack.enter_context(_open_view(options.port))
-        drive = Drive(
-            simulation, detector, config.sync, _as_fast_as_it_can if view is None else real_time(system_clock)
-        )
-        progress = stack.enter_context(_progress(drive))
-        for look in drive:
+        began_ns = system_clock()
+        world = build(options.world, rig.laser_height_m)
+        simulation = Simulation(world, rig, renderer, options.seed, BASE)
+        pacing = _as_fast_as_it_can if view is None else real_time(system_clock)
+        drive, tally = Drive(simulation, detector, config.sync, pacing), DriveTally(world, calibration)
+        for look in _with_progress(drive):
             folder.add(look, tally.add(look))
             if view is not None:
                 view.show(pictures.everything(look))
-            progress.update(drive.way_m - drive.way_left_m - progress.n)
-        progress.update(drive.way_m - progress.n)
-        progress.close()
         report = {
             **report_of(world, drive, tally, folder.pictured),
             "command": options.command,
             "model": str(options.model),
             "seed": options.seed,
             "live": view is not None,
-            "took_s": (system_clock() - began_ns) / 1e9,
+            "took_s": (system_clock() - began_ns) / _NS_PER_S,
         }
         folder.write(report, world, drive.trail, tally.distance_errors_m())
     return report
@@ -97,8 +94,13 @@ def _open_view(port: int) -> LiveView:
     return view
 
 
-def _progress(drive: Drive) -> Any:
-    return tqdm(total=drive.way_m, bar_format=_BAR, disable=None, file=sys.stderr)
+def _with_progress(drive: Drive) -> Iterator[Look]:
+    """The looks of a drive, with a bar that shows how far it has got."""
+    with tqdm(total=drive.way_m, bar_format=_BAR, disable=None, file=sys.stderr) as bar:
+        for look in drive:
+            bar.update(drive.way_m - drive.way_left_m - bar.n)
+            yield look
+        bar.update(drive.way_m - bar.n)
 
 
 def _as_fast_as_it_can(stamp_ns: int) -> None:
@@ -110,6 +112,6 @@ def real_time(clock: Clock) -> Pacing:
     began_ns = clock()
 
     def wait(stamp_ns: int) -> None:
-        time.sleep(max(0, began_ns + stamp_ns - clock()) / 1e9)
+        time.sleep(max(0, began_ns + stamp_ns - clock()) / _NS_PER_S)
 
     return wait
