@@ -210,6 +210,11 @@ def test_the_sky_is_only_where_there_is_no_ceiling(renderer: Renderer) -> None:
     assert blue_over_red[None] > 60 and blue_over_red[2.5] < 20
 
 
+def test_indoors_there_is_no_sky_at_the_end_of_the_floor_either(renderer: Renderer) -> None:
+    renderer.show(built([], 2.5))
+    assert not renderer.image(HERE, EVEN)[round(float(RIG.K[1, 2])) - 2].any()
+
+
 def test_the_sky_is_behind_everything(renderer: Renderer) -> None:
     renderer.show(built([], None, [BEHIND]))
     open_sky = renderer.image(HERE, EVEN)

@@ -147,6 +147,6 @@ def test_a_support_belongs_to_its_object(renderer: Renderer) -> None:
 
 def test_a_box_is_around_all_that_is_set() -> None:
     mask = np.zeros((480 * SUPERSAMPLING, 640 * SUPERSAMPLING), bool)
-    mask[20:41, 60:100] = True
+    mask[20:42, 60:100] = True
     mask[30, 110] = True
     assert box_of(mask) == (30, 10, 56, 21)
