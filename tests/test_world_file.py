@@ -192,6 +192,12 @@ def test_what_the_robot_would_run_into_is_refused(path: Path, head: dict[str, st
     assert_refused(write(path, {"pose": pose}, **head), message)
 
 
+def test_the_documentations_example_is_a_world(path: Path) -> None:
+    text = (Path(__file__).parents[1] / "docs" / "simulation.md").read_text(encoding="utf-8")
+    path.write_text(text.split("```toml\n")[1].split("```")[0], encoding="utf-8")
+    assert [thing.name for thing in load_world(path).things] == ["car 1", "the old washer", "barrel 1"]
+
+
 def test_a_name_that_does_not_ship_is_refused_with_those_that_do() -> None:
     with pytest.raises(
         RefusedError, match=f"^world: expected a .toml file or one of {', '.join(world_names())}, got 'x'$"
