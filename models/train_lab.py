@@ -16,34 +16,36 @@ import time
 from pathlib import Path
 from typing import Any, Sequence
 
-import numpy as np
-import numpy.typing as npt
 from tqdm import tqdm
 
 from edgefusion.errors import RefusedError
 from edgefusion.perception.make_model import make_model_folder
 from edgefusion.perception.model_folder import Boxes, Training
 from edgefusion.perception.preprocessing import IMAGENET_MEAN, IMAGENET_STD, Preprocessing
+from edgefusion.tools.arguments import whole_number
 from lab_crops import Crops, class_names, joined, render_crops  # type: ignore[import-not-found] # beside this file
+from lab_training import GOOD_FIT, accuracy, fit  # type: ignore[import-not-found] # beside this file
 from to_onnx import compare, describe, export_onnx  # type: ignore[import-not-found] # beside this file
 
 HEIGHTS_M = tuple(round(0.45 * 1.2**i, 3) for i in range(11))
 """From a low heater to a pillar; with steps of a fifth the nearest height is at most a tenth off."""
 
-HELD_OUT = 1_000_000
-"""Worlds of these seeds and above are never trained on; `edgefusion evaluate` begins at twice that."""
-
-SURE, UNSURE = 0.9, 0.3
-"""The IoU of a box with its object from which the network shall be certain, and down to which it shall doubt."""
-
-DOUBT = 0.12
-"""The probability that an object's name keeps in a box that does not fit at all."""
-
-GOOD_FIT = 0.7
-"""Boxes with less do not count in the accuracy."""
+SEEDS, HELD_OUT = 10_000, 1_000_000
+"""Worlds that a seed of this script may take, the next ones are the next seed's, and the first that is never trained on
+but measured on; `edgefusion evaluate` begins at twice that."""
 
 LARGEST_MB = 2.0
-BATCH, LEARNING_RATE, WEIGHT_DECAY = 256, 4e-3, 0.02
+
+NUMBERS = (
+    ("worlds", 1, SEEDS, 320, "random worlds to train on"),
+    ("held-out", 1, SEEDS, 40, "further worlds that measure the accuracy"),
+    ("views", 1, 1000, 8, "places in each world to look from"),
+    ("epochs", 1, 1000, 14, "passes over all crops"),
+    ("size", 32, 1024, 96, "side of the network's input, a multiple of 32"),
+    ("seed", 0, 99, 0, "of worlds, weights and order"),
+    ("threads", 1, 1024, 2, "of torch; the result depends on it in the last digits"),
+)
+"""The options: name, least, most, default, what for."""
 
 EXAMPLES = """\
 examples:
@@ -72,13 +74,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     add = parser.add_argument
     add("--out", type=Path, required=True, help="the model folder to make; it must not exist")
-    add("--worlds", type=int, default=320, help="random worlds to train on (default: %(default)s)")
-    add("--held-out", type=int, default=40, help="further worlds that measure the accuracy (default: %(default)s)")
-    add("--views", type=int, default=8, help="places in each world to look from (default: %(default)s)")
-    add("--epochs", type=int, default=14, help="passes over all crops (default: %(default)s)")
-    add("--size", type=int, default=96, help="side of the network's input, a multiple of 32 (default: %(default)s)")
-    add("--seed", type=int, default=0, help="of worlds, weights and order (default: %(default)s)")
-    add("--threads", type=int, default=2, help="of torch; the result depends on it in the last digits")
+    for name, least, most, default, what in NUMBERS:
+        about = f"{what} (default: {default})"
+        add(f"--{name}", type=whole_number(least, most), default=default, metavar="N", help=about)
     return parser
 
 
@@ -86,7 +84,7 @@ def train(args: argparse.Namespace) -> None:
     """From the arguments to the folder, a line of progress a step. Raises RefusedError."""
     if args.out.exists():
         raise RefusedError(f"{args.out}: expected a folder that is not there yet, got one that is")
-    if args.size < 32 or args.size % 32:
+    if args.size % 32:
         raise RefusedError(f"--size: expected a multiple of 32, got {args.size}")
     torch = _import_torch()
     torch.set_num_threads(args.threads)
@@ -94,14 +92,14 @@ def train(args: argparse.Namespace) -> None:
     preprocessing = Preprocessing(
         size=args.size, fit="letterbox", filter="antialias", mean=IMAGENET_MEAN, std=IMAGENET_STD, crop_fraction=1.0
     )
-    names, first = class_names(), args.seed * 10_000
+    names, first = class_names(), args.seed * SEEDS
     known = _render("crops", range(first, first + args.worlds), args.views, preprocessing)
     held_out = _render("held out", range(HELD_OUT + first, HELD_OUT + first + args.held_out), args.views, preprocessing)
     print(f"{len(known)} crops of {len(names)} classes, {len(held_out)} held out; {_since(begin_s)}")
-    network = _fit(torch, known, len(names), args)
-    accuracy = _accuracy(torch, network, held_out)
-    print(f"names {accuracy:.4f} of the held-out crops whose box fits; {_since(begin_s)}")
-    _write(torch, network, names, preprocessing, accuracy, args)
+    network = fit(torch, known, len(names), args.size, args.epochs, args.seed)
+    share = accuracy(torch, network, held_out)
+    print(f"names {share:.4f} of the held-out crops whose box fits; {_since(begin_s)}")
+    _write(torch, network, names, preprocessing, share, args)
     print(f"{args.out}: {sum(file.stat().st_size for file in args.out.iterdir()) / 1e6:.2f} MB; {_since(begin_s)}")
 
 
@@ -133,82 +131,18 @@ def _render(what: str, worlds: range, views: int, preprocessing: Preprocessing) 
     return joined(found)
 
 
-def targets(classes: npt.NDArray[np.int64], fits: npt.NDArray[np.float32], count: int) -> npt.NDArray[np.float32]:
-    """What the network shall answer, float32[n, count]: a name as surely as the box fits, the rest spread evenly."""
-    sure = np.clip((fits - UNSURE) / (SURE - UNSURE), 0, 1)
-    named = DOUBT + (1 - DOUBT) * sure
-    wanted = np.repeat(((1 - named) / (count - 1))[:, None], count, axis=1)
-    wanted[np.arange(len(classes)), classes] = named
-    return wanted.astype(np.float32)
-
-
-def _fit(torch: Any, crops: Crops, count: int, args: argparse.Namespace) -> Any:
-    from lab_network import LabNetwork  # type: ignore[import-not-found] # beside this file
-
-    torch.manual_seed(args.seed)
-    order = np.random.default_rng(args.seed)
-    network = LabNetwork(count, args.size).to(memory_format=torch.channels_last)
-    wanted = torch.from_numpy(targets(crops.classes, crops.fits, count))
-    optimizer = torch.optim.AdamW(network.parameters(), lr=LEARNING_RATE, weight_decay=WEIGHT_DECAY)
-    batches = max(1, len(crops) // BATCH)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, LEARNING_RATE, total_steps=args.epochs * batches)
-    for epoch in range(args.epochs):
-        network.train()
-        shuffled, losses = order.permutation(len(crops)), []
-        progress = tqdm(range(batches), desc=f"epoch {epoch + 1}/{args.epochs}", unit="batch", disable=None)
-        for i in progress:
-            chosen = shuffled[i * BATCH : (i + 1) * BATCH]
-            batch = _augmented(torch, _normalized(torch, crops.pixels[chosen]), order)
-            loss = torch.nn.functional.cross_entropy(network(batch), wanted[chosen])
-            optimizer.zero_grad()
-            loss.backward()
-            optimizer.step()
-            schedule.step()
-            losses.append(loss.item())
-            progress.set_postfix(loss=f"{np.mean(losses[-50:]):.3f}", refresh=False)
-        print(f"epoch {epoch + 1}/{args.epochs}: loss {np.mean(losses):.4f}", flush=True)
-    return network.eval()
-
-
-def _normalized(torch: Any, pixels: npt.NDArray[np.uint8]) -> Any:
-    """float32 [n, 3, size, size] as the detector's crops are."""
-    mean, std = (torch.tensor(v).view(1, 3, 1, 1) for v in (IMAGENET_MEAN, IMAGENET_STD))
-    batch = torch.from_numpy(pixels).permute(0, 3, 1, 2).float() / 255
-    return ((batch - mean) / std).contiguous(memory_format=torch.channels_last)
-
-
-def _augmented(torch: Any, batch: Any, rng: np.random.Generator) -> Any:
-    """Mirrored by chance, brighter or darker, tinted."""
-    n = len(batch)
-    flipped = torch.from_numpy(rng.random(n) < 0.5).view(n, 1, 1, 1)
-    batch = torch.where(flipped, batch.flip(3), batch)
-    gain = torch.from_numpy(rng.normal(1, 0.1, (n, 1, 1, 1)).astype(np.float32))
-    shift = torch.from_numpy(rng.normal(0, 0.08, (n, 3, 1, 1)).astype(np.float32))
-    return torch.where(batch == 0, batch, batch * gain + shift)  # the padding stays what it is
-
-
-def _accuracy(torch: Any, network: Any, crops: Crops) -> float:
-    """The share of crops whose box fits that the network names."""
-    chosen = np.flatnonzero(crops.fits >= GOOD_FIT)
-    right = 0
-    with torch.no_grad():
-        for part in np.array_split(chosen, max(1, len(chosen) // BATCH)):
-            answers = network(_normalized(torch, crops.pixels[part])).argmax(1).numpy()
-            right += int((answers == crops.classes[part]).sum())
-    return right / max(1, len(chosen))
-
-
 def _write(
     torch: Any,
     network: Any,
     names: Sequence[str],
     preprocessing: Preprocessing,
-    accuracy: float,
+    share: float,
     args: argparse.Namespace,
 ) -> None:
     command = "python models/train_lab.py " + shlex.join(
         f"--{name.replace('_', '-')}={value}" for name, value in sorted(vars(args).items()) if name != "out"
     )
+    held_out = f"walls, and boxes with an IoU of {GOOD_FIT:g} or more, in {args.held_out} random worlds of other seeds"
     with tempfile.TemporaryDirectory() as folder:
         onnx_file = Path(folder) / "lab.onnx"
         export_onnx(torch, network, onnx_file, args.size, fixed_size=True)
@@ -225,12 +159,7 @@ def _write(
             licence="Apache-2.0",
             preprocessing=preprocessing,
             boxes=Boxes(heights=HEIGHTS_M, heights_in="metres"),
-            training=Training(
-                command=command,
-                seed=args.seed,
-                accuracy=round(accuracy, 4),
-                held_out=f"boxes with an IoU of {GOOD_FIT:g} or more in {args.held_out} random worlds of other seeds",
-            ),
+            training=Training(command=command, seed=args.seed, accuracy=round(share, 4), held_out=held_out),
         )
 
 

@@ -22,7 +22,7 @@ _BEARING = 0.4
 
 def viewpoint(world: BuiltWorld, rng: Rng) -> Pose2D | None:
     """A free pose that looks at one of the objects, from NEAREST_M to FARTHEST_M; None where none was found."""
-    if not world.bodies:
+    if not world.bodies or not len(world.plan.segments):
         return None
     for _ in range(_TRIES):
         index = int(rng.integers(len(world.bodies)))
@@ -42,6 +42,7 @@ def _facing(world: BuiltWorld, index: int, rng: Rng) -> Pose2D:
 
 
 def _inside(world: BuiltWorld, pose: Pose2D) -> bool:
-    """Within the box around all walls."""
-    ends = np.array([p for wall in world.world.walls for p in (wall.start, wall.end)])
+    """Within the box around all walls, or around everything where there are none."""
+    walls = [p for wall in world.world.walls for p in (wall.start, wall.end)]
+    ends = np.array(walls or world.plan.segments.reshape(-1, 2))
     return bool((ends.min(axis=0) <= (pose.x_m, pose.y_m)).all() and ((pose.x_m, pose.y_m) <= ends.max(axis=0)).all())

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from edgefusion.errors import RefusedError
+from edgefusion.tools.arguments import LAB_MODEL, seed_number, whole_number
 
 EXAMPLES = """examples:
   edgefusion demo
@@ -18,8 +19,6 @@ EXAMPLES = """examples:
 
 DIR gets index.html, which any browser opens, report.json with the same numbers, and detections.jsonl.
 Exit codes: 0 done, 1 failed while running, 2 refused input, 130 interrupted; what was written before stays."""
-
-MODEL = Path(__file__).resolve().parents[1] / "data" / "lab-model"
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -35,24 +34,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     add("--world", default="laboratory", help="laboratory, office, street, storeroom, or a TOML file")
     add("--out", type=Path, metavar="DIR", help="folder for the report (default: out/demo)")
     add("--overwrite", action="store_true", help="replace the report in DIR")
-    add("--model", type=Path, default=MODEL, help="model folder (default: the simulator's own)")
-    add("--seed", type=_whole, default=0, metavar="N", help="of light, noise and slip (default: 0)")
+    add("--model", type=Path, default=LAB_MODEL, help="model folder (default: the simulator's own)")
+    add("--seed", type=seed_number, default=0, metavar="N", help="of light, noise and slip (default: 0)")
     add("--view", action="store_true", help="show it live in a browser on this machine, in real time")
-    add("--port", type=_port, metavar="N", help="of the live view (default: a free one)")
+    add("--port", type=whole_number(0, 2**16 - 1), metavar="N", help="of the live view (default: a free one)")
     add("--json", action="store_true", help="print the numbers as JSON")
     parser.set_defaults(run=run)
-
-
-def _whole(text: str) -> int:
-    if not (text.isdecimal() and int(text) < 2**63):
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0 to 2^63 - 1, got {text!r}")
-    return int(text)
-
-
-def _port(text: str) -> int:
-    if not (text.isdecimal() and int(text) < 2**16):
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0 to 65535, got {text!r}")
-    return int(text)
 
 
 def run(args: argparse.Namespace) -> int:

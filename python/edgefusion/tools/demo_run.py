@@ -69,7 +69,7 @@ def run_demo(options: DemoOptions) -> dict[str, Any]:
         for look in _with_progress(drive):
             folder.add(look, tally.add(look))
             if view is not None:
-                view.show(pictures.everything(look))
+                view.show(pictures.everything(look.shot, look.detections))
         report = {
             **report_of(world, drive, tally, folder.pictured),
             "command": options.command,

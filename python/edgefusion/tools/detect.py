@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from edgefusion.tools.arguments import whole_number
+
 if TYPE_CHECKING:
     from edgefusion.config import Config
     from edgefusion.perception.classifier import Classifier
@@ -38,7 +40,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--labels", type=Path, help="one label per line, for a bare .onnx file")
     parser.add_argument("--calibration", type=Path, help="instead of the recording's own")
     parser.add_argument("--config", type=Path, help="TOML file with [perception] and [sync] settings")
-    parser.add_argument("--objects", type=_count, metavar="N", help="the N nearest objects (the paper: 1)")
+    parser.add_argument(
+        "--objects", type=whole_number(1, 100), metavar="N", help="the N nearest objects (the paper: 1)"
+    )
     find_help = "keep only objects of this label or group, such as car or lamp (again for more)"
     parser.add_argument("--find", action="append", default=[], metavar="NAME", help=find_help)
     parser.add_argument("--groups", type=Path, help="TOML file of label groups instead of edgefusion's own")
@@ -50,12 +54,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--threads", type=int, default=0, help="threads of the network (default: all cores)")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     parser.set_defaults(run=run)
-
-
-def _count(text: str) -> int:
-    if not (text.isdecimal() and 1 <= int(text) <= 100):
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1 to 100, got {text!r}")
-    return int(text)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -9,6 +9,7 @@ from typing import Callable, Iterator, Sequence
 
 import numpy as np
 
+from edgefusion.errors import RefusedError
 from edgefusion.perception.calibration import Calibration
 from edgefusion.perception.detector import Detector
 from edgefusion.sim.built_world import BuiltWorld, build
@@ -30,7 +31,9 @@ RANDOM = "random"
 FIRST_SEED = 2_000_000
 """Of the random worlds; models/train_lab.py trains and measures below."""
 
-VIEWS = 5
+VIEWS, PATIENCE = 5, 10
+"""Frames of a world, and how many worlds in a row may have nothing to look at."""
+
 SPEED_MPS, YAW_RATE_RADPS = 0.5, 0.5
 
 
@@ -55,20 +58,31 @@ Watcher = Callable[[str, Look, Sequence[Detection], Sequence[Seen]], None]
 """Is shown every setting's answer to every frame, to keep pictures of."""
 
 
-def looks(names: Sequence[str], frames: int, seed: int, rig: Rig, renderer: Renderer) -> Iterator[Look]:
-    """So many frames, dealt to the worlds in turn. Raises RefusedError for a world that is not there."""
-    given = [None if name == RANDOM else load_world(name) for name in names]
+def named_worlds(names: Sequence[str]) -> list[World | None]:
+    """The worlds of these names or files, None for RANDOM. Raises RefusedError for one that is not there."""
+    return [None if name == RANDOM else load_world(name) for name in names]
+
+
+def looks(given: Sequence[World | None], frames: int, seed: int, rig: Rig, renderer: Renderer) -> Iterator[Look]:
+    """So many frames, dealt to the worlds in turn, a new random one for each None.
+
+    Raises RefusedError where a round of all of them has no place to see an object from.
+    """
     worlds = _in_turn(given, seed)
-    number = 0
+    number, empty = 0, 0
     while number < frames:
+        if empty > max(len(given), PATIENCE):
+            raise RefusedError("worlds: expected an object that can be looked at from 0.5 to 5 m, got none")
         turn, world = next(worlds)
         rng = np.random.default_rng([FIRST_SEED + seed, turn])
         built = build(world, rig.laser_height_m)
         renderer.show(built)
+        empty += 1
         for _ in range(min(VIEWS, frames - number)):
             base = viewpoint(built, rng)
             if base is None:
                 break
+            empty = 0
             twist = Twist2D(float(rng.uniform(0, SPEED_MPS)), float(rng.uniform(-YAW_RATE_RADPS, YAW_RATE_RADPS)))
             yield Look(built, snapshot(built, renderer, rig, base, twist, random_light(rng), rng), number)
             number += 1

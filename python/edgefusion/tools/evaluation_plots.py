@@ -9,7 +9,6 @@ from typing import Any, Mapping
 
 import numpy as np
 
-from edgefusion.errors import RefusedError
 from edgefusion.tools.evaluation import Outcome
 from edgefusion.tools.figures import RANGES_M, figures
 
@@ -17,12 +16,7 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 
 
 def plot_all(folder: Path, outcomes: Mapping[str, Outcome]) -> None:
-    """range.png, errors.png and confusion.png. Raises RefusedError where matplotlib is missing."""
-    try:
-        import matplotlib
-    except ImportError as error:
-        raise RefusedError("the plots need matplotlib: pip install 'edgefusion[sim]'") from error
-    matplotlib.use("Agg")
+    """range.png, errors.png and confusion.png."""
     _over_range(folder / "range.png", outcomes)
     _errors(folder / "errors.png", outcomes)
     _confusion(folder / "confusion.png", next(iter(outcomes.values())))

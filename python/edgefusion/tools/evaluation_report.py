@@ -4,25 +4,25 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
 import cv2
 import msgspec
 
-from edgefusion.config import PerceptionConfig
 from edgefusion.errors import RefusedError
-from edgefusion.perception.calibration import Calibration
-from edgefusion.perception.clusters import find_clusters
-from edgefusion.tools.draw import annotate
 from edgefusion.tools.evaluation import Look, Outcome, Watcher
+from edgefusion.tools.look_pictures import LookPictures
 from edgefusion.tools.measure import Seen
+from edgefusion.tools.results import writing
 from edgefusion.types import Detection
 
 FAILURES = 24
 """Pictures of frames in which something that counts went wrong, at most."""
 
 POOR_IOU = 0.5
+FIGURES = "figures.json"
 _HEAD = (
     "objects", "recall", "label", "IoU", "height error, median / p95", "width error, median / p95",
     "distance bias", "distance p95", "within 2 sigma",
@@ -30,14 +30,17 @@ _HEAD = (
 
 
 class EvaluationFolder:
-    """Where the results go. Raises RefusedError where some lie already and may not be replaced."""
+    """Where the results go; nothing is touched before the first of them.
 
-    def __init__(self, path: Path, overwrite: bool, calibration: Calibration) -> None:
-        self.path, self._calibration, self._kept = path, calibration, 0
-        if (path / "figures.json").exists() and not overwrite:
-            raise RefusedError(f"{path / 'figures.json'}: exists already; --overwrite replaces it, --out takes another")
-        for old in (path / "failures").glob("*.jpg"):
-            old.unlink()
+    Raises RefusedError where some lie already and may not be replaced, and for what cannot be written.
+    """
+
+    def __init__(self, path: Path, overwrite: bool, pictures: LookPictures) -> None:
+        self.path, self._pictures, self._kept, self._begun = path, pictures, 0, False
+        if path.exists() and not path.is_dir():
+            raise RefusedError(f"{path}: expected a folder, or nothing yet, got a file")
+        if (path / FIGURES).exists() and not overwrite:
+            raise RefusedError(f"{path / FIGURES}: exists already; --overwrite replaces it, --out takes another")
 
     def keep_failures(self, setting: str) -> Watcher:
         """Keeps pictures of one setting's failures as they come."""
@@ -47,7 +50,7 @@ class EvaluationFolder:
             if name != setting or not wrong or self._kept >= FAILURES:
                 return
             self._kept += 1
-            self._draw(look, detections, wrong)
+            self._write(f"failures/{look.number:05d}.jpg", self._picture(look, detections, wrong))
 
         return watch
 
@@ -55,11 +58,11 @@ class EvaluationFolder:
         """Everything; returns the table as Markdown."""
         from edgefusion.tools.evaluation_plots import plot_all
 
-        self.path.mkdir(parents=True, exist_ok=True)
         table = markdown(report)
-        (self.path / "figures.json").write_text(self.json(report) + "\n", encoding="utf-8")
-        (self.path / "figures.md").write_text(table + "\n", encoding="utf-8")
-        plot_all(self.path, outcomes)
+        self._write("figures.md", f"{table}\n".encode())
+        with writing(self.path):
+            plot_all(self.path, outcomes)
+        self._write(FIGURES, f"{self.json(report)}\n".encode())
         return table
 
     @staticmethod
@@ -67,18 +70,23 @@ class EvaluationFolder:
         """The figures for a program."""
         return msgspec.json.format(msgspec.json.encode(report), indent=2).decode()
 
-    def _draw(self, look: Look, detections: Sequence[Detection], wrong: Sequence[Seen]) -> None:
-        clusters = find_clusters(look.shot.scan, PerceptionConfig())
-        picture = annotate(look.shot.frame.image, detections, look.shot.scan, clusters, self._calibration)
+    def _write(self, name: str, content: bytes) -> None:
+        with writing(self.path / name):
+            if not self._begun:
+                shutil.rmtree(self.path / "failures", ignore_errors=True)
+                self._begun = True
+            (self.path / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.path / name).write_bytes(content)
+
+    def _picture(self, look: Look, detections: Sequence[Detection], wrong: Sequence[Seen]) -> bytes:
+        picture = self._pictures.camera(look.shot, detections)
         for i, each in enumerate(wrong):
             line = f"{each.kind} at {each.range_m:.1f} m: " + (
                 f"called {each.said}, IoU {each.iou:.2f}" if each.found else "not found"
             )
             cv2.putText(picture, line, (6, 18 + 18 * i), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (0, 0, 0), 3, cv2.LINE_AA)
             cv2.putText(picture, line, (6, 18 + 18 * i), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
-        folder = self.path / "failures"
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{look.number:05d}.jpg").write_bytes(cv2.imencode(".jpg", picture)[1].tobytes())
+        return cv2.imencode(".jpg", picture)[1].tobytes()
 
 
 def _well(seen: Seen) -> bool:
@@ -97,9 +105,9 @@ def markdown(report: dict[str, Any]) -> str:
         shares = (p["detections"], _share(p["precision"]), p["named"], _share(p["named_right"]))
         lines.append(_row((name, *map(str, shares))))
     for title, key in (("by range", "by_range"), ("by kind", "by_kind")):
-        first = next(iter(settings.values()))
-        lines += ["", _row((f"free-standing, {title}", *_HEAD)), _row(["---"] * (len(_HEAD) + 1))]
-        lines += [_row((name, *cells(each))) for name, each in first[key].items()]
+        for setting, summary in settings.items():
+            lines += ["", _row((f"{setting}, free-standing, {title}", *_HEAD)), _row(["---"] * (len(_HEAD) + 1))]
+            lines += [_row((name, *cells(each))) for name, each in summary[key].items()]
     return "\n".join(lines)
 
 

@@ -59,8 +59,8 @@ class ReportFolder:
                 continue
             name = f"{len(self.pictured):02d}-{_slug(first.sighting.label)}"
             image, scan = f"annotated/{name}.jpg", f"scans/{name}.png"
-            self._results.write_image(image, self._pictures.camera(look, [first.detection]))
-            self._results.write_image(scan, self._pictures.scan(look, [first.detection]))
+            self._results.write_image(image, self._pictures.camera(look.shot, [first.detection]))
+            self._results.write_image(scan, self._pictures.scan(look.shot, [first.detection]))
             self.pictured.append(Pictured(first, image, scan))
 
     def write(self, report: dict[str, Any], world: BuiltWorld, trail: Sequence[Moment], errors_m: Any) -> None:

@@ -33,7 +33,7 @@ class ResultsFolder:
     def __init__(self, path: Path, overwrite: bool = False, also: Sequence[str] = ()) -> None:
         self.path, self._overwrite, self._also = path, overwrite, also
         self._lines: BinaryIO | None = None
-        with _writing(path):
+        with writing(path):
             present = [path / name for name in (DETECTIONS, SUMMARY, *also) if (path / name).exists()]
         if present and not overwrite:
             raise RefusedError(f"{present[0]}: exists already; --overwrite replaces it, --out takes another")
@@ -45,13 +45,13 @@ class ResultsFolder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._lines is not None:
-            with _writing(self.path / DETECTIONS):
+            with writing(self.path / DETECTIONS):
                 self._lines.close()
 
     def write_detections(self, frame: int, detections: Sequence[Detection]) -> None:
         """One line per detection of a frame."""
         lines = self._begun()
-        with _writing(self.path / DETECTIONS):
+        with writing(self.path / DETECTIONS):
             lines.writelines(to_json_line(frame, detection) for detection in detections)
             lines.flush()
 
@@ -68,7 +68,7 @@ class ResultsFolder:
         """A file below this folder; `name` may have folders."""
         self._begun()
         path = self.path / name
-        with _writing(path):
+        with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
         return path
@@ -76,7 +76,7 @@ class ResultsFolder:
     def _begun(self) -> BinaryIO:
         """The open file of detections, in a folder without the results of an earlier run."""
         if self._lines is None:
-            with _writing(self.path):
+            with writing(self.path):
                 if self._overwrite and (self.path / DETECTIONS).exists():  # else it is nobody's results
                     self._remove_old()
                 self.path.mkdir(parents=True, exist_ok=True)
@@ -92,7 +92,7 @@ class ResultsFolder:
 
 
 @contextmanager
-def _writing(path: Path) -> Iterator[None]:
+def writing(path: Path) -> Iterator[None]:
     """Raises RefusedError naming the path for what the system refuses."""
     try:
         yield
@@ -110,7 +110,7 @@ def results_path(asked: Path | None, name: str, overwrite: bool) -> Path:
 def free_folder(parent: Path, name: str) -> Path:
     """parent/name, or parent/name-2, -3 ... where that exists: results are never written over unasked."""
     candidate, number = parent / name, 2
-    with _writing(parent):
+    with writing(parent):
         while candidate.exists():
             candidate, number = parent / f"{name}-{number}", number + 1
     return candidate
