@@ -66,10 +66,9 @@ def _draw_world(axis: Any, world: BuiltWorld, verdicts: Mapping[str, bool], them
         verdict = verdicts.get(thing.name)
         color = theme.faint if verdict is None else theme.good if verdict else theme.bad
         axis.add_patch(Polygon(outline_of(world.bodies[index]), facecolor=theme.fill, edgecolor=color, linewidth=1.4))
-        mark = {None: "", True: " ✓", False: " ✗"}[verdict]
-        _write(
-            axis, fill(thing.name + mark, _LINE), (thing.pose.x_m, thing.pose.y_m), color if mark else theme.ink, theme
-        )
+        mark = {None: "", True: "\u00a0✓", False: "\u00a0✗"}[verdict]
+        name, middle = fill(thing.name, _LINE) + mark, (thing.pose.x_m, thing.pose.y_m)
+        _write(axis, name, middle, color if mark else theme.ink, theme)
 
 
 def _write(axis: Any, text: str, point: Point, color: str, theme: Theme) -> None:
