@@ -149,6 +149,25 @@ def test_another_process_gives_the_same_bytes(renderer: Renderer) -> None:
     assert done.stdout.strip() == here
 
 
+def prepared_textures() -> int:
+    """How many textures Panda3D keeps for its renderer, those of all open ones together."""
+    from panda3d import core
+
+    engine = core.GraphicsEngine.get_global_ptr()
+    contexts = {window.gsg.this: window.gsg.prepared_objects for window in engine.windows}
+    return sum(objects.get_num_prepared_textures() for objects in contexts.values())
+
+
+def test_worlds_that_were_shown_before_take_no_memory(renderer: Renderer) -> None:
+    kept = []
+    for _ in range(12):
+        renderer.show(furnished())
+        renderer.image(HERE, Light())
+        kept.append(prepared_textures())
+    assert kept[0] > 0
+    assert max(kept[6:]) < max(kept[:6]) + 40  # a world has 30; those of the last few are kept for a while
+
+
 def test_the_order_of_the_objects_does_not_matter(renderer: Renderer) -> None:
     renderer.show(furnished())
     picture, mask = renderer.image(HERE, Light()), renderer.mask(HERE)

@@ -53,6 +53,14 @@ def open_pipe() -> Pipe:
     raise RefusedError(NO_X11)
 
 
+def collect_garbage() -> None:
+    """Lets go of what no scene needs any more: Panda3D keeps states, and with them textures, until it is asked."""
+    from panda3d import core
+
+    core.RenderState.garbage_collect()
+    core.TransformState.garbage_collect()
+
+
 def part_node(part: Part) -> Node:
     """A node with the surface's triangles and its texture."""
     from panda3d import core

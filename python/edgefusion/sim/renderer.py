@@ -17,7 +17,7 @@ from edgefusion.sim.building import sky
 from edgefusion.sim.built_world import BuiltWorld
 from edgefusion.sim.lens import lens_of
 from edgefusion.sim.light import Light
-from edgefusion.sim.panda import Node, model_of, open_pipe
+from edgefusion.sim.panda import Node, collect_garbage, model_of, open_pipe
 from edgefusion.sim.rig import Matrix, Rig
 from edgefusion.sim.shadows import shadow_node
 from edgefusion.sim.view import Image, View
@@ -69,6 +69,7 @@ class Renderer:
         self._world = world
         for view in (self._lit, self._flat):
             view.clear()
+        collect_garbage()
         building = model_of(world.building, "building")
         self._numbered = []
         for number, body in enumerate(world.bodies):
