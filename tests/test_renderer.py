@@ -196,6 +196,13 @@ def test_a_masks_number_is_the_objects_also_beyond_128(renderer: Renderer) -> No
     np.testing.assert_array_equal(mask[rows, columns], np.arange(250))
 
 
+def test_a_picture_before_any_world_is_refused() -> None:
+    with Renderer(RIG) as empty:
+        for picture in (lambda: empty.image(HERE, EVEN), lambda: empty.mask(HERE), lambda: empty.mask_alone(HERE, 0)):
+            with pytest.raises(RuntimeError, match=r"^renderer: expected show\(world\) before a picture$"):
+                picture()
+
+
 def test_more_objects_than_a_mask_can_number_are_refused(renderer: Renderer) -> None:
     world = built([panel(3, i, 0.1, 0.2, 0.4) for i in range(MOST_THINGS + 1)])
     with pytest.raises(ValueError, match=r"^world: expected at most 250 objects, got 251$"):

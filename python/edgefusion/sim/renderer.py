@@ -21,6 +21,7 @@ from edgefusion.sim.panda import Node, collect_garbage, model_of, open_pipe
 from edgefusion.sim.rig import Matrix, Rig
 from edgefusion.sim.shadows import shadow_node
 from edgefusion.sim.view import Image, View
+from edgefusion.sim.world import World
 from edgefusion.types import Pose2D
 
 Mask = npt.NDArray[np.int32]
@@ -35,7 +36,8 @@ MOST_THINGS = 250
 class Renderer:
     """Draws one world at a time. Close it, or use it in a `with`: Panda3D keeps what it draws into until then.
 
-    Raises RefusedError where Panda3D or a library that it needs is missing.
+    Raises RefusedError where Panda3D or a library that it needs is missing. Pictures raise RuntimeError before a world
+    was shown.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -47,7 +49,7 @@ class Renderer:
         self._lit = View(self._engine, self._pipe, self._lens)
         self._flat = View(self._engine, self._pipe, self._lens)
         self._numbered: list[Node] = []
-        self._world: BuiltWorld | None = None
+        self._shown: World | None = None
 
     def __enter__(self) -> Renderer:
         return self
@@ -66,7 +68,7 @@ class Renderer:
         """Takes a world, instead of the one before. Raises ValueError for one with more than MOST_THINGS objects."""
         if len(world.bodies) > MOST_THINGS:
             raise ValueError(f"world: expected at most {MOST_THINGS} objects, got {len(world.bodies)}")
-        self._world = world
+        self._shown = world.world
         for view in (self._lit, self._flat):
             view.clear()
         collect_garbage()
@@ -101,6 +103,7 @@ class Renderer:
         return np.asarray(self._numbers(base) == number)
 
     def _show_only(self, number: int | None) -> None:
+        self._world()
         for i, node in enumerate(self._numbered):
             node.show() if number is None or i == number else node.hide()
         self._flat_building.show() if number is None else self._flat_building.hide()
@@ -110,9 +113,14 @@ class Renderer:
         numbers = self._lens.mask(np.ascontiguousarray(rendered[:, :, 2]))
         return numbers.astype(np.int32) - 1
 
+    def _world(self) -> World:
+        if self._shown is None:
+            raise RuntimeError("renderer: expected show(world) before a picture")
+        return self._shown
+
     def _backdrop(self, T_world_camera: Matrix) -> Image | None:
         """The sky, where there is one. The camera is upright: the horizon is a row."""
-        if self._world is None or self._world.world.ceiling_m is not None:
+        if self._world().ceiling_m is not None:
             return None
         forward = T_world_camera[:3, 2]
         pitch = float(np.arctan2(forward[2], np.hypot(forward[0], forward[1])))
