@@ -66,7 +66,8 @@ def _first_sightings(report: Report) -> str:
 def _card(row: Report) -> str:
     truth = "" if row["true_distance_m"] is None else f" (true {row['true_distance_m']:.2f}\u00a0m)"
     right = "" if _right(row) else f", but it is {_what(row)}"
-    caption = f"at {row['distance_m']:.2f} ± {row['distance_sigma_m']:.2f}\u00a0m{truth}, {row['stamp_s']:.1f}\u00a0s{right}"
+    measured = f"{row['distance_m']:.2f} ± {row['distance_sigma_m']:.2f}\u00a0m"
+    caption = f"at {measured}{truth}, {row['stamp_s']:.1f}\u00a0s{right}"
     return card(row["image"], row["scan"], row["label"], caption)
 
 
