@@ -18,8 +18,10 @@ import pytest
 from edgefusion._core import Camera, project
 from edgefusion.sim.built_world import BuiltWorld, build
 from edgefusion.sim.kinds import CATALOGUE
+from edgefusion.sim.kinds.kind import Kind
 from edgefusion.sim.lens import SUPERSAMPLING
 from edgefusion.sim.light import Light
+from edgefusion.sim.mesh import Part, quad
 from edgefusion.sim.renderer import MOST_THINGS, NOTHING, Renderer
 from edgefusion.sim.rig import Rig
 from edgefusion.sim.world import Thing, Wall, World
@@ -166,6 +168,21 @@ def test_worlds_that_were_shown_before_take_no_memory(renderer: Renderer) -> Non
         kept.append(prepared_textures())
     assert kept[0] > 0
     assert max(kept[6:]) < max(kept[:6]) + 40  # a world has 30; those of the last few are kept for a while
+
+
+def test_slices_of_one_painted_sheet_are_textures_of_their_own(renderer: Renderer) -> None:
+    sheet = np.zeros((4, 8, 3), np.uint8)
+    sheet[:, 4:] = 255
+
+    def halves(rng: np.random.Generator) -> list[Part]:
+        corners = [np.array([(0, a, 1), (0, b, 1), (0, b, 0.2), (0, a, 0.2)]) for a, b in ((-0.5, 0), (0, 0.5))]
+        return [quad(corners[0], sheet[:, :4]), quad(corners[1], sheet[:, 4:])]
+
+    renderer.show(built([Thing("halves", Kind("halves", "halves", (0.01, 1, 1), halves), Pose2D(2, 0, np.pi), 0)]))
+    thing = renderer.mask(HERE)[::SUPERSAMPLING, ::SUPERSAMPLING] == 0
+    shown = renderer.image(HERE, EVEN)[thing].mean(axis=1)
+    assert np.mean(shown < 10) == pytest.approx(0.5, abs=0.02)
+    assert np.mean(shown > 245) == pytest.approx(0.5, abs=0.02)
 
 
 def test_the_order_of_the_objects_does_not_matter(renderer: Renderer) -> None:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterable
+from typing import Any, Hashable, Sequence
 
 import cv2
 import numpy as np
@@ -105,18 +105,23 @@ def _power_of_two(side: int) -> int:
     return 1 << max(0, round(float(np.log2(side))))
 
 
-def model_of(parts: Iterable[Part], name: str) -> Node:
+def model_of(parts: Sequence[Part], name: str) -> Node:
     """A node path with all parts; those that share a texture share it in memory, too."""
     from panda3d import core
 
     root = core.NodePath(name)
-    textures: dict[int, Any] = {}
+    textures: dict[Hashable, Any] = {}
     for order, part in enumerate(parts):
         path = root.attach_new_node(part_node(part))
         # Else surfaces are drawn in the order of their addresses, and where two are as far away the last one wins.
         path.set_bin("background", order)
-        key = id(part.texture.base if part.texture.base is not None else part.texture)
+        key = _memory_of(part.texture)
         if key not in textures:
             textures[key] = texture_of(part.texture)
         path.set_texture(textures[key])
     return root
+
+
+def _memory_of(texture: Texture) -> Hashable:
+    """Where its pixels are: two views of the same pixels have the same, two slices of one sheet do not."""
+    return texture.__array_interface__["data"], texture.shape, texture.strides
