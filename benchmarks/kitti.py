@@ -191,7 +191,7 @@ def scores(frames: int) -> Iterator[Score]:
     """Every candidate, the defaults first, the plain pipeline last."""
     truths, recording = read_truths(frames), FolderRecording(DRIVE)
     classifier = open_classifier(MODEL, labels=LABELS)
-    defaults = Setting(USUAL_HEIGHTS, DEFAULTS.height_rule, classifier.preprocessing.fit)
+    defaults = Setting(USUAL_HEIGHTS, "paper", classifier.preprocessing.fit)
     for setting in settings(defaults):
         classifier.preprocessing = msgspec.structs.replace(classifier.preprocessing, fit=setting.fit)
         name = f"edgefusion, {setting}{' (the defaults)' if setting == defaults else ''}"

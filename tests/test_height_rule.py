@@ -54,6 +54,13 @@ def test_the_weighted_rule_puts_the_top_edge_between_the_candidates() -> None:
     assert chosen("weighted", table(0.75, 0.0, 0.25)) == (10, 50, 50, 100)
 
 
+def test_the_sharpened_rule_lies_near_the_surest_boxes_and_between_two_that_are_as_sure() -> None:
+    assert chosen("sharpened", table(0.25, 0.5, 0.25))[1] == chosen("paper", table(0.25, 0.5, 0.25))[1]
+    assert chosen("sharpened", table(0.5, 0.5, 0.1)) == (10, 50, 50, 100)
+    # Weights 0.9**8 and 0.8**8: 0.43 and 0.168, so that the edge is at 60 - 20 * 0.281.
+    assert chosen("sharpened", table(0.9, 0.8, 0.0)) == (10, 54, 50, 100)
+
+
 @given(candidates())
 def test_the_weighted_rule_is_the_exact_mean_to_half_a_pixel(drawn) -> None:
     boxes, rows = drawn
@@ -100,7 +107,7 @@ def test_the_box_is_of_plain_integers() -> None:
 
 
 def test_an_unknown_rule_is_refused() -> None:
-    with pytest.raises(RefusedError, match="height rule: expected one of paper, weighted, got 'tallest'"):
+    with pytest.raises(RefusedError, match="height rule: expected one of paper, weighted, sharpened, got 'tallest'"):
         chosen("tallest", table(0.2, 0.7, 0.5))
 
 

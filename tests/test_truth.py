@@ -145,8 +145,11 @@ def test_a_support_belongs_to_its_object(renderer: Renderer) -> None:
     assert height > RIG.laser_height_m
 
 
-def test_a_box_is_around_all_that_is_set() -> None:
+def test_a_box_is_around_all_that_is_set_and_never_empty() -> None:
     mask = np.zeros((480 * SUPERSAMPLING, 640 * SUPERSAMPLING), bool)
     mask[20:42, 60:100] = True
     mask[30, 110] = True
-    assert box_of(mask) == (30, 10, 56, 21)
+    assert box_of(mask) == (30, 10, 55, 21)  # half a pixel is rounded inwards
+    thin = np.zeros_like(mask)
+    thin[20:42, 110] = True
+    assert box_of(thin) == (55, 10, 56, 21)

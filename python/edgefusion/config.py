@@ -28,6 +28,7 @@ UpTo100 = Annotated[float, msgspec.Meta(gt=0, le=100)]
 Seconds = Annotated[float, msgspec.Meta(gt=0, le=60)]
 Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
 Heights = Annotated[Tuple[UpTo100, ...], msgspec.Meta(min_length=1, max_length=16)]
+HeightRule = Literal["paper", "weighted", "sharpened"]
 T = TypeVar("T")
 
 USUAL_HEIGHTS = (0.4, 1.0, 2.5)
@@ -66,12 +67,16 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     heights_in: Literal["widths", "metres"] = "widths"
     # Box k is 1 + k * width_step times as wide as the cluster.
     width_step: Annotated[float, msgspec.Meta(ge=0, le=10)] = 0.0
+    # How far beyond its last beam a cluster is taken to go, in steps to the next: half a step on average, and a quarter
+    # more since a beam that lies on two surfaces reads something between and is lost to the cluster.
+    margin_steps: UpTo10 = 0.75
     bottom: Literal["ground", "scan"] = "ground"
     # A box of which less than this share of its area lies in the image is dropped.
     min_visible: UpTo1 = 0.25
 
-    # The vote, and when its winner is too weak to be named.
-    height_rule: Literal["paper", "weighted"] = "paper"
+    # The vote, and when its winner is too weak to be named. height_rule None: what the model was trained for, else the
+    # paper's.
+    height_rule: Optional[HeightRule] = None
     min_score: Share = 0.05
     min_margin: Share = 0.0
 

@@ -85,7 +85,7 @@ def _boxes(
     boxes, _ = candidate_boxes(
         scan.ranges_m[cluster.indices],
         scan.angle_min + scan.angle_increment * cluster.indices,
-        abs(scan.angle_increment),
+        2 * config.margin_steps * abs(scan.angle_increment),  # half of it on either side
         calibration.camera,
         T_camera_laser,
         calibration.to_ground,

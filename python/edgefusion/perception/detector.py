@@ -47,7 +47,7 @@ class Detector:
     ) -> None:
         self._classifier = classifier
         self._calibration = calibration
-        self._config = _with_heights(config or PerceptionConfig(), classifier)
+        self._config = _as_trained(config or PerceptionConfig(), classifier)
         self._groups = groups or LabelGroups.load()
         self._clock = clock
         self.times = StageTimes(0, 0, 0, 0)
@@ -72,7 +72,7 @@ class Detector:
         for candidate, rows in zip(candidates, split(probabilities, candidates)):
             ballot = vote(rows, self._classifier.labels)  # step 8
             if ballot is not None:  # None: the network had no answer for any of the boxes
-                box = choose_box(self._config.height_rule, ballot, candidate.boxes, rows)
+                box = choose_box(self._config.height_rule or "paper", ballot, candidate.boxes, rows)
                 detections.append(self._detection(scan, frame, motion, T_moved, candidate, ballot, box))
         ticks.append(self._clock())
         self.times = StageTimes(*(after - before for before, after in zip(ticks, ticks[1:])))
@@ -124,9 +124,10 @@ class Detector:
             raise ValueError(f"image: the calibration expects {expected}, got {width}x{height}")
 
 
-def _with_heights(config: PerceptionConfig, classifier: Classifier) -> PerceptionConfig:
-    """The settings, with the heights that the model was trained to tell apart where none are asked for."""
-    if config.heights is not None or classifier.boxes is None:
-        return config
+def _as_trained(config: PerceptionConfig, classifier: Classifier) -> PerceptionConfig:
+    """The settings; where they do not say which heights to try and how to choose, as the model was trained for."""
     boxes = classifier.boxes
-    return msgspec.structs.replace(config, heights=boxes.heights, heights_in=boxes.heights_in)
+    if config.heights is not None or boxes is None:
+        return config
+    rule = config.height_rule or boxes.height_rule
+    return msgspec.structs.replace(config, heights=boxes.heights, heights_in=boxes.heights_in, height_rule=rule)

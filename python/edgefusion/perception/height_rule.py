@@ -12,9 +12,12 @@ import numpy.typing as npt
 from edgefusion.errors import RefusedError
 from edgefusion.types import Box, Vote
 
-HEIGHT_RULES = ("paper", "weighted")
+HEIGHT_RULES = ("paper", "weighted", "sharpened")
 """`paper`: the box that proposed the winner with the highest probability (step 8). `weighted`: the mean of all
-boxes, each weighted by the winner's probability in it, for an object whose height lies between candidates."""
+boxes, each weighted by the winner's probability in it, for an object whose height lies between candidates.
+`sharpened`: the same by the eighth power of that, for a network that is taught to doubt boxes that do not fit."""
+
+_SHARPNESS = 8
 
 _WEIGHT_UNIT = 1 << 24  # float32's resolution: weights as integers, so that the mean is exact
 
@@ -55,13 +58,19 @@ def choose_box(
     if rule == "paper":
         return _box(candidates[vote.box_index])
     if rule == "weighted":
-        return _weighted(vote, candidates, class_probabilities)
+        return _weighted(vote, candidates, class_probabilities, 1)
+    if rule == "sharpened":
+        return _weighted(vote, candidates, class_probabilities, _SHARPNESS)
     raise RefusedError(f"height rule: expected one of {', '.join(HEIGHT_RULES)}, got {rule!r}")
 
 
-def _weighted(vote: Vote, candidates: npt.NDArray[np.int64], class_probabilities: npt.NDArray[np.float32]) -> Box:
+def _weighted(
+    vote: Vote, candidates: npt.NDArray[np.int64], class_probabilities: npt.NDArray[np.float32], power: int
+) -> Box:
     voted = np.array([len(top) > 0 for top in vote.top5])
     probability = np.where(voted, class_probabilities[:, vote.winner.class_index], 0.0)
+    if power > 1:  # relative to the best, or small ones would vanish
+        probability = (probability / max(float(probability.max()), 1e-12)) ** power
     weights = np.rint(probability * _WEIGHT_UNIT).astype(np.int64)
     total = int(weights.sum())
     if total == 0:  # no box gives the winner a probability worth the name

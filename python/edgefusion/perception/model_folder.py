@@ -18,7 +18,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from edgefusion.config import Heights
+from edgefusion.config import HeightRule, Heights
 from edgefusion.errors import RefusedError
 from edgefusion.perception.golden import TOLERANCES, Golden, GoldenAnswer
 from edgefusion.perception.network import one_line
@@ -48,6 +48,7 @@ class Boxes(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
     heights: Heights
     heights_in: Literal["widths", "metres"]
+    height_rule: HeightRule
 
 
 class Training(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -75,7 +76,8 @@ class Checksums(
 
 
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
-    """manifest.toml. Nothing in it has a default: what is not said is not known."""
+    """manifest.toml. What a network needs has no default: what is not said is not known. boxes and training are there
+    for those that were trained by us."""
 
     version: Literal[1]
     name: str

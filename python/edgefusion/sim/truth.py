@@ -80,10 +80,7 @@ def box_of(mask: Mask | npt.NDArray[np.bool_]) -> Box:
     """The image's box around what is set in a mask of SUPERSAMPLING times the image's size."""
     columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
     x0, x1, y0, y1 = columns[0], columns[-1] + 1, rows[0], rows[-1] + 1
+    # Rounded inwards: the rasterizer draws the pixels at both ends of an edge, a quarter of the image's too many.
     half = SUPERSAMPLING // 2
-    return (
-        int(x0 // SUPERSAMPLING),
-        int(y0 // SUPERSAMPLING),
-        int((x1 + half) // SUPERSAMPLING),
-        int((y1 + half) // SUPERSAMPLING),
-    )
+    x0, y0 = (x0 + half) // SUPERSAMPLING, (y0 + half) // SUPERSAMPLING
+    return int(x0), int(y0), int(max(x1 // SUPERSAMPLING, x0 + 1)), int(max(y1 // SUPERSAMPLING, y0 + 1))
