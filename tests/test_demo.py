@@ -218,12 +218,12 @@ def test_the_live_view_shows_the_drive_and_ends_on_ctrl_c(arguments, tmp_path: P
     with process, process.stderr:
         url = re.search(r"http://127\.0\.0\.1:(\d+)/", process.stderr.readline())
         assert url is not None
-        with urllib.request.urlopen(url[0], timeout=20) as page:
+        with urllib.request.urlopen(url[0], timeout=300) as page:
             assert b'<img src="stream"' in page.read()
-        with urllib.request.urlopen(f"{url[0]}stream", timeout=20) as stream:
+        with urllib.request.urlopen(f"{url[0]}stream", timeout=300) as stream:
             pictures = [next_picture(stream) for _ in range(2)]
         process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=20) == 130
+        assert process.wait(timeout=300) == 130
         assert process.stderr.read().splitlines()[-1] == "edgefusion: interrupted"
     assert all(picture.shape == (480, 640 + 480, 3) for picture in pictures)
     assert (pictures[0] != pictures[1]).any()
