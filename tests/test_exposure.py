@@ -5,10 +5,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from edgefusion.errors import RefusedError
 from edgefusion.sim.exposure import CameraSpec, exposed
 
 FOCAL_PX = 460.0
@@ -106,3 +108,19 @@ def test_corners_are_darker_by_the_vignetting() -> None:
     assert picture[60, 80].tolist() == [200] * 3
     for corner in (picture[0, 0], picture[0, -1], picture[-1, 0], picture[-1, -1]):
         assert corner.tolist() == [160] * 3
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("exposure_ns", 1, "at least 2"),
+        ("gain_sigma", -0.1, "a finite number of at least 0"),
+        ("tint_sigma", math.inf, "a finite number of at least 0"),
+        ("shot", math.nan, "a finite number of at least 0"),
+        ("read", -1.0, "a finite number of at least 0"),
+        ("vignetting", 1.1, "a share from 0 to 1"),
+    ],
+)
+def test_a_camera_that_cannot_be_is_refused(name: str, value: float, expected: str) -> None:
+    with pytest.raises(RefusedError, match=f"^{name}: expected {expected}, got {value}$"):
+        replace(CameraSpec(), **{name: value})

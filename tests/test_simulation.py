@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Iterator
 
 import numpy as np
@@ -14,11 +15,12 @@ from edgefusion.errors import RefusedError
 from edgefusion.sim.built_world import BuiltWorld, build
 from edgefusion.sim.floor_plan import BUILDING
 from edgefusion.sim.kinds import CATALOGUE
+from edgefusion.sim.laser import LaserSpec
 from edgefusion.sim.pace import Pace
 from edgefusion.sim.renderer import Renderer
 from edgefusion.sim.rig import Rig
 from edgefusion.sim.robot import BaseSpec
-from edgefusion.sim.simulation import OWNED_BY_NOTHING, Simulation
+from edgefusion.sim.simulation import OWNED_BY_NOTHING, SensorSpec, Simulation
 from edgefusion.sim.world import Thing, Wall, World
 from edgefusion.types import Pose2D, Twist2D
 from sim_scenes import skip_without_renderer
@@ -140,6 +142,17 @@ def test_a_turn_blurs_the_picture_along_its_rows(world, renderer) -> None:
 def test_a_stamp_that_no_scan_has_is_refused(world, stamp_ns: int) -> None:
     with pytest.raises(RefusedError, match="stamp_ns: expected"):
         driven(world).scan(stamp_ns)
+
+
+@pytest.mark.parametrize(("name", "value"), [("frame_period_ns", 0), ("line_ns", -1), ("transfer_ns", -1)])
+def test_sensors_that_cannot_be_are_refused(name: str, value: int) -> None:
+    with pytest.raises(RefusedError, match=f"^{name}: expected at least [01], got {value}$"):
+        replace(SensorSpec(), **{name: value})
+
+
+def test_a_laser_that_turns_in_no_time_does_not_scan_by_itself() -> None:
+    with pytest.raises(RefusedError, match=r"^turn_ns: expected at least 1 .*, got 0$"):
+        SensorSpec(laser=LaserSpec(turn_ns=0))
 
 
 def test_a_pace_names_its_stamps_when_they_are_there() -> None:

@@ -11,6 +11,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from edgefusion.errors import RefusedError
+
 Image = npt.NDArray[np.uint8]
 Rng = np.random.Generator
 
@@ -21,7 +23,7 @@ _NS_PER_S = 1e9
 class CameraSpec:
     """exposure_ns: how long the shutter is open. gain_sigma, tint_sigma: spread of the brightness and of the colours'
     balance from take to take. shot, read: noise in grey levels, of a pixel at 255 and of a black one. vignetting: how
-    much darker the corners are."""
+    much darker the corners are, as a share."""
 
     exposure_ns: int = 12_000_000
     gain_sigma: float = 0.08
@@ -29,6 +31,16 @@ class CameraSpec:
     shot: float = 4.0
     read: float = 1.5
     vignetting: float = 0.12
+
+    def __post_init__(self) -> None:
+        # Half of it before the stamp, half after: 1 ns has no halves.
+        if not 2 <= self.exposure_ns < math.inf:
+            raise RefusedError(f"exposure_ns: expected at least 2, got {self.exposure_ns}")
+        for name in ("gain_sigma", "tint_sigma", "shot", "read"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise RefusedError(f"{name}: expected a finite number of at least 0, got {getattr(self, name)}")
+        if not 0 <= self.vignetting <= 1:
+            raise RefusedError(f"vignetting: expected a share from 0 to 1, got {self.vignetting}")
 
 
 def exposed(spec: CameraSpec, clean: Image, focal_px: float, yaw_rate_radps: float, rng: Rng) -> Image:

@@ -51,6 +51,15 @@ class SensorSpec:
     frame_period_ns: int = 33_333_333
     transfer_ns: int = 40_000_000
 
+    def __post_init__(self) -> None:
+        if self.laser.turn_ns < 1:
+            raise RefusedError(f"turn_ns: expected at least 1 for repeated scans, got {self.laser.turn_ns}")
+        if self.frame_period_ns < 1:
+            raise RefusedError(f"frame_period_ns: expected at least 1, got {self.frame_period_ns}")
+        for name in ("line_ns", "transfer_ns"):
+            if getattr(self, name) < 0:
+                raise RefusedError(f"{name}: expected at least 0, got {getattr(self, name)}")
+
 
 class Simulation:
     """A base with a laser, and a camera where there is a renderer, in a built world, from its start.
