@@ -122,6 +122,19 @@ def test_what_only_one_of_the_sensors_sees_is_absent(renderer: Renderer) -> None
     assert look(renderer, built([below_the_scan, beside_the_picture, behind])) == []
 
 
+def test_only_objects_with_a_truth_are_drawn_alone(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[int] = []
+    mask_alone = renderer.mask_alone
+
+    def counted(base: Pose2D, number: int) -> np.ndarray:
+        drawn.append(number)
+        return mask_alone(base, number)
+
+    monkeypatch.setattr(renderer, "mask_alone", counted)
+    below_the_scan, seen = crate("low", 2.0, 0.6, (0.4, 0.4, 0.2)), crate("seen", 2.0, -0.4, SIZE)
+    assert [each.index for each in look(renderer, built([below_the_scan, seen]))] == drawn == [1]
+
+
 @pytest.mark.parametrize(("width_m", "seen"), [(0.003, 0), (0.06, 1)])
 def test_an_object_of_which_hardly_a_pixel_shows_is_absent(renderer: Renderer, width_m: float, seen: int) -> None:
     """The beam straight ahead meets both of these; the picture has 130 pixels to the metre there."""

@@ -54,10 +54,10 @@ def truth_of(
     laser = rig.laser_pose(base)
     found = []
     for index in np.unique(mask[mask >= 0]).tolist():
-        shows, alone = mask == index, renderer.mask_alone(base, index)
+        shows = mask == index
         if not beams[index] or np.count_nonzero(shows) < LEAST_PX * SUPERSAMPLING**2:
             continue
-        thing = world.world.things[index]
+        thing, alone = world.world.things[index], renderer.mask_alone(base, index)
         full_box = box_of(alone)
         found.append(
             ObjectTruth(
