@@ -21,7 +21,7 @@ BEAMS = 361
 VOTE = Vote((ClassScore(0, "washer", 0.9),), 0, 0.9, ((ClassScore(0, "washer", 0.9),),))
 WASHER = ObjectTruth(
     index=0, name="washer 1", kind="washer", label="washer", box=(300, 200, 360, 320), full_box=(300, 200, 360, 320),
-    range_m=2.0, occlusion=0.0, cut=False, beams=20,
+    range_m=2.0, occlusion=0.0, beams=20,
 )  # fmt: skip
 CONE = replace(WASHER, index=1, name="cone 1", kind="traffic cone", label=UNKNOWN, box=(400, 220, 440, 320))
 

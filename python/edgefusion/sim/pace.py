@@ -22,11 +22,6 @@ class Pace:
         first = max(0, (after_ns - self.first_ns) // self.period_ns + 1)
         return [self.first_ns + i * self.period_ns for i in range(first, self._done(now_ns))]
 
-    def newest(self, now_ns: int) -> int | None:
-        """The last of them; None before the first."""
-        done = self._done(now_ns)
-        return None if done <= 0 else self.first_ns + (done - 1) * self.period_ns
-
     def index(self, stamp_ns: int) -> int:
         """The how-manieth measurement has this stamp, from 0. Raises RefusedError where none has it."""
         index, rest = divmod(stamp_ns - self.first_ns, self.period_ns)

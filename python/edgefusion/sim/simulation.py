@@ -129,11 +129,6 @@ class Simulation:
         """The same of the frames."""
         return self._frames.since(after_ns, self.stamp_ns)
 
-    def newest_scan(self) -> Scan | None:
-        """The last scan that has come by now; None before the first."""
-        stamp_ns = self._scans.newest(self.stamp_ns)
-        return None if stamp_ns is None else self.scan(stamp_ns)
-
     def scan(self, stamp_ns: int) -> Scan:
         """The scan of one of the laser's stamps."""
         return self._scan(stamp_ns)[0]

@@ -30,15 +30,13 @@ _NS_PER_S = 1e9
 @dataclass(frozen=True)
 class Snapshot:
     """scan, frame: what the sensors deliver. motion: from the scan's stamp to the frame's, by odometry. owners:
-    int32[beams], whose surface each beam met (-1 building, -2 nothing). truth: at the frame's stamp. laser: the laser's
-    true pose then."""
+    int32[beams], whose surface each beam met (-1 building, -2 nothing). truth: at the frame's stamp."""
 
     scan: Scan
     frame: Frame
     motion: Pose2D
     owners: npt.NDArray[np.int32]
     truth: tuple[ObjectTruth, ...]
-    laser: Pose2D
 
 
 def snapshot(
@@ -60,5 +58,4 @@ def snapshot(
         motion=twist.motion((frame_ns - scan.stamp_ns) / _NS_PER_S),
         owners=np.where(hits >= 0, world.plan.owners[hits], -2).astype(np.int32),
         truth=tuple(truth_of(world, renderer, rig, base_at(frame_ns), hits)),
-        laser=rig.laser_pose(base_at(frame_ns)),
     )

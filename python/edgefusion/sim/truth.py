@@ -25,8 +25,8 @@ class ObjectTruth:
 
     index: the thing's in the world. box: of what shows of it, in the image [px]. full_box: of all of it that would be
     in the image if nothing stood before it. range_m: from the laser's origin to its nearest surface in the scan plane,
-    at the frame's stamp. occlusion: share of its pixels in the image that something else hides. cut: it reaches to
-    the image's left or right border. beams: how many of the scan's hit it, dropped ones included.
+    at the frame's stamp. occlusion: share of its pixels in the image that something else hides. beams: how
+    many of the scan's hit it, dropped ones included.
     """
 
     index: int
@@ -37,7 +37,6 @@ class ObjectTruth:
     full_box: Box
     range_m: float
     occlusion: float
-    cut: bool
     beams: int
 
 
@@ -58,7 +57,6 @@ def truth_of(
         if not beams[index] or np.count_nonzero(shows) < LEAST_PX * SUPERSAMPLING**2:
             continue
         thing, alone = world.world.things[index], renderer.mask_alone(base, index)
-        full_box = box_of(alone)
         found.append(
             ObjectTruth(
                 index=index,
@@ -66,10 +64,9 @@ def truth_of(
                 kind=thing.kind.name,
                 label=thing.kind.label,
                 box=box_of(shows),
-                full_box=full_box,
+                full_box=box_of(alone),
                 range_m=world.plan.nearest_m(index, (laser.x_m, laser.y_m)),
                 occlusion=float(1 - np.count_nonzero(shows & alone) / np.count_nonzero(alone)),
-                cut=full_box[0] <= 0 or full_box[2] >= rig.image_size[0],
                 beams=int(beams[index]),
             )
         )

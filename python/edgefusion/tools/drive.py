@@ -120,7 +120,6 @@ class Drive:
             motion=motion,
             owners=simulation.owners(scan.stamp_ns),
             truth=tuple(simulation.truth(scan.stamp_ns, frame.stamp_ns)),
-            laser=simulation.rig.laser_pose(simulation.pose_at(frame.stamp_ns)),
         )
         return Look(number, self._start.compose(now), shot, detections, self._detector.times)
 
