@@ -13,6 +13,7 @@ import pytest
 
 from edgefusion.errors import RefusedError
 from edgefusion.sim.built_world import BuiltWorld, build
+from edgefusion.sim.exposure import CameraSpec
 from edgefusion.sim.floor_plan import BUILDING
 from edgefusion.sim.kinds import CATALOGUE
 from edgefusion.sim.laser import LaserSpec
@@ -122,6 +123,22 @@ def test_every_beam_has_an_owner_and_the_nearest_of_an_objects_is_its_true_range
     (truth,) = simulation.truth(scan_ns, frame_ns)
     assert truth.name == "scope"
     assert float(np.nanmin(scan.ranges_m[owners == 0])) == pytest.approx(truth.range_m, abs=0.06)
+
+
+def test_gain_and_tint_are_those_of_the_drive(world, renderer) -> None:
+    """A robot that stands still sees the same world under the same light: what is left is gain, tint and noise."""
+
+    def levels(seed: int, camera: CameraSpec) -> np.ndarray:
+        simulation = Simulation(world, RIG, renderer, seed, sensors=SensorSpec(camera=camera))
+        simulation.step_to(SECOND_NS // 2)
+        frames = [simulation.frame(stamp_ns).image for stamp_ns in simulation.frame_stamps(-1)[:3]]
+        return np.array([frame[300:].mean(axis=(0, 1)) for frame in frames])
+
+    plain = CameraSpec(gain_sigma=0.0, tint_sigma=0.0)
+    factors = np.array([levels(seed, CameraSpec()) / levels(seed, plain) for seed in range(3)])
+    assert np.ptp(factors, axis=1).max() < 0.003
+    assert np.ptp(factors[:, 0].mean(axis=1)) > 0.02
+    assert np.ptp(factors[:, 0], axis=1).max() > 0.005
 
 
 def test_a_turn_blurs_the_picture_along_its_rows(world, renderer) -> None:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from edgefusion.errors import RefusedError
 
 Image = npt.NDArray[np.uint8]
+Factors = npt.NDArray[np.float64]
 Rng = np.random.Generator
 
 _NS_PER_S = 1e9
@@ -43,13 +44,21 @@ class CameraSpec:
             raise RefusedError(f"vignetting: expected a share from 0 to 1, got {self.vignetting}")
 
 
-def exposed(spec: CameraSpec, clean: Image, focal_px: float, yaw_rate_radps: float, rng: Rng) -> Image:
+def balance(spec: CameraSpec, rng: Rng) -> Factors:
+    """Brightness and the colours' balance of one take: a factor for each of B, G, R, [3]."""
+    return np.asarray(math.exp(rng.normal(0, spec.gain_sigma)) * np.exp(rng.normal(0, spec.tint_sigma, 3)))
+
+
+def exposed(
+    spec: CameraSpec, clean: Image, focal_px: float, yaw_rate_radps: float, rng: Rng, factors: Factors | None = None
+) -> Image:
     """The picture that the camera delivers, BGR uint8; the same state of the generator gives the same bytes.
 
-    yaw_rate_radps: of the camera while the shutter is open; driving straight blurs less than a pixel.
+    yaw_rate_radps: of the camera while the shutter is open; driving straight blurs less than a pixel. factors: of
+    `balance`, for takes that share them; by default this take has its own.
     """
     blurred = _turned(clean, focal_px * abs(yaw_rate_radps) * spec.exposure_ns / _NS_PER_S)
-    gain = math.exp(rng.normal(0, spec.gain_sigma)) * np.exp(rng.normal(0, spec.tint_sigma, 3))
+    gain = balance(spec, rng) if factors is None else factors
     light = blurred * (gain * _falloff(clean.shape[0], clean.shape[1], spec.vignetting)).astype(np.float32)
     sigma = np.sqrt(spec.read**2 + spec.shot**2 * np.clip(light, 0, 255) / 255)
     noise = rng.standard_normal(light.shape, np.float32)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from edgefusion.clock import SimClock
 from edgefusion.errors import RefusedError
 from edgefusion.sim.built_world import BuiltWorld
-from edgefusion.sim.exposure import CameraSpec, exposed
+from edgefusion.sim.exposure import CameraSpec, balance, exposed
 from edgefusion.sim.laser import Hits, LaserSpec, SimLaser
 from edgefusion.sim.light import random_light
 from edgefusion.sim.pace import Pace
@@ -34,19 +34,19 @@ OWNED_BY_NOTHING = -2
 """Owner of a beam that met no surface; floor_plan.BUILDING and the objects' indices are the others."""
 
 _NS_PER_S = 1e9
-_SCAN, _FRAME, _PHASE, _LIGHT = range(4)
+_SCAN, _FRAME, _PHASE, _LIGHT, _BALANCE = range(5)
 
 
 @dataclass(frozen=True)
 class SensorSpec:
-    """Laser and camera. One drive has one light, so that the camera's gain does not jump from frame to frame.
+    """Laser and camera. One drive has one light, and one gain and tint, as a camera with a fixed exposure has.
 
     line_ns: a telegram of 361 ranges on a line of 500 kbaud. frame_period_ns: of the camera. transfer_ns: from the
     middle of a frame's exposure to the frame in memory.
     """
 
     laser: LaserSpec = field(default_factory=LaserSpec)
-    camera: CameraSpec = field(default_factory=lambda: CameraSpec(gain_sigma=0.0, tint_sigma=0.0))
+    camera: CameraSpec = field(default_factory=CameraSpec)
     line_ns: int = 14_640_000
     frame_period_ns: int = 33_333_333
     transfer_ns: int = 40_000_000
@@ -83,6 +83,7 @@ class Simulation:
         self._believed.add(self.stamp_ns, self.odometry)
         self._laser = SimLaser(self._sensors.laser)
         self._light = random_light(self._rng(_LIGHT))
+        self._balance = balance(self._sensors.camera, self._rng(_BALANCE))
         self._scans, self._frames = self._paces()
         if renderer is not None:
             renderer.show(world)
@@ -147,7 +148,8 @@ class Simulation:
         half_ns = self._sensors.camera.exposure_ns // 2
         turn = self.pose_at(stamp_ns + half_ns).relative_to(self.pose_at(stamp_ns - half_ns)).theta
         yaw_rate = turn / (2 * half_ns / _NS_PER_S)
-        return Frame(stamp_ns, exposed(self._sensors.camera, clean, float(self.rig.K[0, 0]), yaw_rate, rng))
+        focal_px = float(self.rig.K[0, 0])
+        return Frame(stamp_ns, exposed(self._sensors.camera, clean, focal_px, yaw_rate, rng, self._balance))
 
     def truth(self, scan_ns: int, frame_ns: int) -> list[ObjectTruth]:
         """The objects that both this scan and this frame show, nearest first, where they were at the frame's stamp.
