@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from edgefusion.sim.floor_plan import BUILDING, FloorPlan, cut, distances_m, floor_plan
+from edgefusion.sim.floor_plan import BUILDING, NOTHING_MET, FloorPlan, cut, distances_m, floor_plan
 from edgefusion.sim.mesh import Part, box, drum, placed, plain, prism, quad, standing_box
 
 GREY = plain(0x808080)
@@ -127,3 +127,10 @@ def test_the_distance_to_a_segment_is_that_to_its_nearest_point(point, segment) 
     nearest = np.hypot(*(on_it - point).T).min()
     found = distances_m([point], np.array([segment]))[0, 0]
     assert nearest - np.hypot(*(end - start)) / 400 <= found + 1e-9 and found <= nearest + 1e-9
+
+
+def test_every_beam_has_an_owner_whatever_it_met() -> None:
+    plan = FloorPlan(np.zeros((3, 4)), np.array([BUILDING, 0, 1], np.int32))
+    assert plan.owners_of(np.array([2, -1, 0, 1], np.int32)).tolist() == [1, NOTHING_MET, BUILDING, 0]
+    empty = FloorPlan(np.zeros((0, 4)), np.zeros(0, np.int32))
+    assert empty.owners_of(np.full(2, -1, np.int32)).tolist() == [NOTHING_MET] * 2

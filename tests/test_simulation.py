@@ -14,14 +14,14 @@ import pytest
 from edgefusion.errors import RefusedError
 from edgefusion.sim.built_world import BuiltWorld, build
 from edgefusion.sim.exposure import CameraSpec
-from edgefusion.sim.floor_plan import BUILDING
+from edgefusion.sim.floor_plan import BUILDING, NOTHING_MET
 from edgefusion.sim.kinds import CATALOGUE
 from edgefusion.sim.laser import LaserSpec
 from edgefusion.sim.pace import Pace
 from edgefusion.sim.renderer import Renderer
 from edgefusion.sim.rig import Rig
 from edgefusion.sim.robot import BaseSpec
-from edgefusion.sim.simulation import OWNED_BY_NOTHING, SensorSpec, Simulation
+from edgefusion.sim.simulation import SensorSpec, Simulation
 from edgefusion.sim.world import Thing, Wall, World
 from edgefusion.types import Pose2D, Twist2D
 from sim_scenes import skip_without_renderer
@@ -118,8 +118,8 @@ def test_every_beam_has_an_owner_and_the_nearest_of_an_objects_is_its_true_range
     simulation = driven(world, renderer)
     scan_ns, frame_ns = simulation.scan_stamps(-1)[-1], simulation.frame_stamps(-1)[-1]
     scan, owners = simulation.scan(scan_ns), simulation.owners(scan_ns)
-    assert set(owners.tolist()) == {0, BUILDING, OWNED_BY_NOTHING}
-    assert not np.isfinite(scan.ranges_m[owners == OWNED_BY_NOTHING]).any()
+    assert set(owners.tolist()) == {0, BUILDING, NOTHING_MET}
+    assert not np.isfinite(scan.ranges_m[owners == NOTHING_MET]).any()
     (truth,) = simulation.truth(scan_ns, frame_ns)
     assert truth.name == "scope"
     assert float(np.nanmin(scan.ranges_m[owners == 0])) == pytest.approx(truth.range_m, abs=0.06)

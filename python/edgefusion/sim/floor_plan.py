@@ -18,6 +18,9 @@ Floats = npt.NDArray[np.float64]
 BUILDING = -1
 """Owner of what belongs to no object: walls."""
 
+NOTHING_MET = -2
+"""Owner of a beam that met no surface."""
+
 _SHORTEST_M = 1e-6
 
 
@@ -56,6 +59,13 @@ class FloorPlan:
     def of(self, owner: int) -> Floats:
         """The segments of one owner."""
         return np.asarray(self.segments[self.owners == owner])
+
+    def owners_of(self, hits: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+        """Whose surface each beam met, int32[beams]: an object's index, BUILDING or NOTHING_MET. hits: the row of
+        segments that it met, -1 for none."""
+        owners = np.full(len(hits), NOTHING_MET, np.int32)
+        owners[hits >= 0] = self.owners[hits[hits >= 0]]
+        return owners
 
     def nearest_m(self, owner: int, point: tuple[float, float]) -> float:
         """From a point (x, y) to the nearest of the owner's surface; inf where the plane misses it."""

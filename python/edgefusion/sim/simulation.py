@@ -30,9 +30,6 @@ from edgefusion.types import Frame, Pose2D, Scan, Twist2D
 STEP_NS = 10_000_000
 """The base is integrated in steps of this length."""
 
-OWNED_BY_NOTHING = -2
-"""Owner of a beam that met no surface; floor_plan.BUILDING and the objects' indices are the others."""
-
 _NS_PER_S = 1e9
 _SCAN, _FRAME, _PHASE, _LIGHT, _BALANCE = range(5)
 
@@ -135,11 +132,8 @@ class Simulation:
         return self._scan(stamp_ns)[0]
 
     def owners(self, stamp_ns: int) -> npt.NDArray[np.int32]:
-        """Whose surface each beam of that scan met, int32[beams]: an object's index, BUILDING or OWNED_BY_NOTHING."""
-        hits = self._scan(stamp_ns)[1]
-        owners = np.full(len(hits), OWNED_BY_NOTHING, np.int32)
-        owners[hits >= 0] = self.world.plan.owners[hits[hits >= 0]]
-        return owners
+        """Whose surface each beam of that scan met, int32[beams]: an object's index, BUILDING or NOTHING_MET."""
+        return self.world.plan.owners_of(self._scan(stamp_ns)[1])
 
     def frame(self, stamp_ns: int) -> Frame:
         """The frame of one of the camera's stamps. Raises RefusedError where there is no renderer."""

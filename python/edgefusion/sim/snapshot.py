@@ -30,7 +30,7 @@ _NS_PER_S = 1e9
 @dataclass(frozen=True)
 class Snapshot:
     """scan, frame: what the sensors deliver. motion: from the scan's stamp to the frame's, by odometry. owners:
-    int32[beams], whose surface each beam met (-1 building, -2 nothing). truth: at the frame's stamp."""
+    int32[beams], whose surface each beam met (FloorPlan.owners_of). truth: at the frame's stamp."""
 
     scan: Scan
     frame: Frame
@@ -56,6 +56,6 @@ def snapshot(
         scan=scan,
         frame=Frame(frame_ns, image),
         motion=twist.motion((frame_ns - scan.stamp_ns) / _NS_PER_S),
-        owners=np.where(hits >= 0, world.plan.owners[hits], -2).astype(np.int32),
+        owners=world.plan.owners_of(hits),
         truth=tuple(truth_of(world, renderer, rig, base_at(frame_ns), hits)),
     )
