@@ -12,7 +12,7 @@ from edgefusion.sim.built_world import build
 from edgefusion.sim.floor_plan import distances_m
 from edgefusion.sim.kinds import CATALOGUE
 from edgefusion.sim.random_world import random_world
-from edgefusion.sim.viewpoints import FARTHEST_M, NEAREST_M, ROBOT_RADIUS_M, viewpoint
+from edgefusion.sim.viewpoints import FARTHEST_M, NEAREST_M, ROOM_TO_STAND_M, viewpoint
 
 KINDS = list(CATALOGUE.values())
 LASER_HEIGHT_M = 0.35
@@ -63,7 +63,7 @@ def test_a_viewpoint_is_free_looks_at_an_object_and_repeats(worlds) -> None:
         pose = viewpoint(world, np.random.default_rng(seed))
         assert pose == viewpoint(world, np.random.default_rng(seed))
         assert pose is not None
-        assert distances_m([(pose.x_m, pose.y_m)], world.plan.segments).min() > ROBOT_RADIUS_M
+        assert distances_m([(pose.x_m, pose.y_m)], world.plan.segments).min() > ROOM_TO_STAND_M
         here = np.array([pose.x_m, pose.y_m])
         ahead = []
         for i, thing in enumerate(world.world.things):

@@ -14,7 +14,9 @@ from edgefusion.types import Pose2D
 
 Rng = np.random.Generator
 
-ROBOT_RADIUS_M = 0.35
+ROOM_TO_STAND_M = 0.35
+"""From where a robot stands to whatever is nearest: a little more than it needs to drive."""
+
 NEAREST_M, FARTHEST_M = 0.5, 5.0
 _TRIES = 200
 _BEARING = 0.4
@@ -27,7 +29,7 @@ def viewpoint(world: BuiltWorld, rng: Rng) -> Pose2D | None:
     for _ in range(_TRIES):
         index = int(rng.integers(len(world.bodies)))
         pose = _facing(world, index, rng)
-        if _inside(world, pose) and distances_m([(pose.x_m, pose.y_m)], world.plan.segments).min() > ROBOT_RADIUS_M:
+        if _inside(world, pose) and distances_m([(pose.x_m, pose.y_m)], world.plan.segments).min() > ROOM_TO_STAND_M:
             return pose
     return None
 
