@@ -33,6 +33,8 @@ def random_world(seed: int, kinds: Sequence[Kind], things: int = 9) -> World:
     """A world with up to so many objects of these kinds; the same seed gives the same world.
 
     The start is where no object is near, the goal and the route are empty: nobody drives there by itself.
+    Objects keep apart by their rectangles, in whose middle their bodies are only about: now and then one stands up to
+    3 cm in another one or in a wall's surface.
     """
     rng = np.random.default_rng(seed)
     outside = bool(rng.random() < 0.25)
@@ -44,9 +46,7 @@ def random_world(seed: int, kinds: Sequence[Kind], things: int = 9) -> World:
         placed.add(kinds[int(rng.integers(len(kinds)))])
     floor = str(rng.choice(np.asarray(_OUTSIDE if outside else _INSIDE)))
     ceiling_m = None if outside else walls[0].height_m
-    return World(
-        f"random-{seed}", seed, floor, ceiling_m, tuple(walls), tuple(placed.things), Pose2D(), Pose2D(), ()
-    )
+    return World(f"random-{seed}", seed, floor, ceiling_m, tuple(walls), tuple(placed.things), Pose2D(), Pose2D(), ())
 
 
 def _room(rng: Rng, depth: float, width: float, height_m: float, finishes: Sequence[str]) -> list[Wall]:
