@@ -93,10 +93,10 @@ def _draw_box(picture: Image, detection: Detection, color: Color, scale: float) 
         cv2.rectangle(picture, (x0, y0), (x1 - 1, y1 - 1), color, 1)
     x0, y0, x1, y1 = detection.box
     cv2.rectangle(picture, (x0, y0), (x1 - 1, y1 - 1), color, max(2, round(3 * scale)), cv2.LINE_AA)
-    _draw_tag(picture, _name(detection), (x0, y0), color, 0.55 * max(scale, 0.8))
+    draw_tag(picture, _name(detection), (x0, y0), color, 0.55 * max(scale, 0.8))
 
 
-def _draw_tag(picture: Image, text: str, corner: tuple[int, int], color: Color, scale: float) -> None:
+def draw_tag(picture: Image, text: str, corner: tuple[int, int], color: Color, scale: float) -> None:
     """Text on a filled tab above a corner, moved inside the picture."""
     (width, height), base = cv2.getTextSize(text, FONT, scale, 1)
     x = max(0, min(corner[0], picture.shape[1] - width - 6))
@@ -138,7 +138,7 @@ class _TopView:
     def draw_name(self, picture: Image, detection: Detection, color: Color) -> None:
         pixels = [self.pixel(point) for point in self.points[detection.cluster.indices]]
         x, y = max(pixels)  # beside its right end, so that no beam is covered
-        _draw_tag(picture, _name(detection), (x + 10, y + 8), color, 0.45)
+        draw_tag(picture, _name(detection), (x + 10, y + 8), color, 0.45)
 
     def draw_robot(self, picture: Image) -> None:
         x, y = self.origin

@@ -12,6 +12,7 @@ import cv2
 import msgspec
 
 from edgefusion.errors import RefusedError
+from edgefusion.tools.draw import WHITE, draw_tag
 from edgefusion.tools.evaluation import Look, Outcome, Watcher
 from edgefusion.tools.look_pictures import LookPictures
 from edgefusion.tools.measure import Seen
@@ -84,8 +85,7 @@ class EvaluationFolder:
             line = f"{each.kind} at {each.range_m:.1f} m: " + (
                 f"called {each.said}, IoU {each.iou:.2f}" if each.found else "not found"
             )
-            cv2.putText(picture, line, (6, 18 + 18 * i), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (0, 0, 0), 3, cv2.LINE_AA)
-            cv2.putText(picture, line, (6, 18 + 18 * i), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
+            draw_tag(picture, line, (0, 20 * (i + 1)), WHITE, 0.45)
         return cv2.imencode(".jpg", picture)[1].tobytes()
 
 
