@@ -13,8 +13,8 @@ CXX_BUILD := build/cpp
 help: ## list the targets
 	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-demo: $(VENV)/.edgefusion ## a simulated robot drives through a laboratory; a report of what it saw in out/demo
-	@$(BIN)/edgefusion demo
+demo: $(VENV)/.edgefusion ## a simulated robot drives through a laboratory; a report of what it saw below out/
+	@$(BIN)/edgefusion demo $(ARGS)
 
 test: $(VENV)/.test ## every fast test (pytest; ARGS="-k dbscan" picks some)
 	@$(BIN)/python -m pytest $(ARGS)

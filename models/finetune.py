@@ -26,6 +26,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.perception.make_model import make_model_folder
 from edgefusion.perception.model_folder import Training, kind_of
 from edgefusion.perception.network import one_line
+from edgefusion.tools.arguments import seed_number
 from frozen_base import BATCH, Base, open_base, outputs_of  # type: ignore[import-not-found] # beside this file
 
 TOLERANCE = 1e-3
@@ -100,7 +101,12 @@ def _parser() -> argparse.ArgumentParser:
         description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     add = parser.add_argument
-    add("images", type=Path, metavar="FOLDER", help="of images, one folder per class")
+    add(
+        "images",
+        type=Path,
+        metavar="FOLDER",
+        help="of images, one folder per class; one called background stands for all that is none of them",
+    )
     add("--out", type=Path, required=True, help="the model folder to make; it must not exist")
     add(
         "--base",
@@ -108,7 +114,7 @@ def _parser() -> argparse.ArgumentParser:
         default=Path("models/resnet18"),
         help="a model folder or a bare .onnx file (default: %(default)s)",
     )
-    add("--seed", type=int, default=0, help="of what is held out (default: %(default)s)")
+    add("--seed", type=seed_number, default=0, metavar="N", help="of what is held out (default: %(default)s)")
     add("--name", help="default: that of the folder that is made")
     add("--licence", help="of the weights (default: the base's)")
     add("--golden", type=Path, help="a picture that the network knows; default: a made-up one")

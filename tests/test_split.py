@@ -56,7 +56,9 @@ def share_alone(labels: np.ndarray, owners: np.ndarray, owner: int) -> float:
     return max(shares, default=0.0)
 
 
-@pytest.mark.parametrize("thing", [block(3.87, 0.4, 0.24, 0.6), drum(3.86, -0.8, 0.13), block(3.85, 0.0, 0.2, 0.3, 0.4)])
+@pytest.mark.parametrize(
+    "thing", [block(3.87, 0.4, 0.24, 0.6), drum(3.86, -0.8, 0.13), block(3.85, 0.0, 0.2, 0.3, 0.4)]
+)
 def test_what_stands_at_a_wall_becomes_a_cluster_of_its_own(thing) -> None:
     points, owners = seen(WALL, thing)
     labels = parted(points)

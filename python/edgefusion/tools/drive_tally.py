@@ -84,7 +84,8 @@ class DriveTally:
         return np.array(rows, float).reshape(-1, 3)
 
     def _first(self, sighting: Sighting, look: Look) -> FirstSighting:
-        detection = sighting.detections[-1]
+        detection = sighting.first
+        assert detection is not None  # it was confirmed just now
         owner = owner_of(look.shot, detection)
         thing = self._world.world.things[owner] if owner >= 0 else None
         truth = next((each for each in look.shot.truth if each.index == owner), None)

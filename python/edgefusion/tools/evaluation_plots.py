@@ -53,6 +53,8 @@ def _errors(path: Path, outcomes: Mapping[str, Outcome]) -> None:
     for axis, (field, label, factor, bins) in zip(axes, panels):
         for (name, outcome), color in zip(outcomes.items(), COLORS):
             values = [factor * getattr(s, field) for s in outcome.seen if s.free and s.found]
+            if not values:  # no density
+                continue
             clipped = np.clip(values, bins[0], bins[-1])
             axis.hist(clipped, bins.tolist(), color=color, alpha=0.55, label=name, density=True)
         axis.set(xlabel=label, yticks=[])

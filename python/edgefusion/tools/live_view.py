@@ -16,6 +16,7 @@ from edgefusion.errors import RefusedError
 
 HOST = "127.0.0.1"
 QUALITY = 85
+PATIENCE_S = 600.0
 _BOUNDARY = "frame"
 _PAGE = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
@@ -53,9 +54,10 @@ class LiveView:
         self._server.server_close()
         self._thread.join()
 
-    def wait_for_someone(self) -> None:
-        """Returns when somebody looks."""
-        self._newest.watched.wait()
+    def wait_for_someone(self, patience_s: float = PATIENCE_S) -> None:
+        """Returns when somebody looks. Raises RefusedError where nobody does."""
+        if not self._newest.watched.wait(patience_s):
+            raise RefusedError(f"{self.url}: expected somebody to look within {patience_s / 60:g} minutes, got nobody")
 
     def show(self, picture: npt.NDArray[np.uint8]) -> None:
         """The newest picture from now on, BGR."""
