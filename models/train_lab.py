@@ -50,7 +50,7 @@ NUMBERS = (
 EXAMPLES = """\
 examples:
   python models/train_lab.py --out models/lab
-      about half an hour on two cores: a third of it renders the crops
+      about twenty minutes on two cores: a third of it renders the crops
   python models/train_lab.py --out /tmp/lab --worlds 20 --views 4 --epochs 2
       a quick try
 
