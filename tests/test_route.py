@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from edgefusion.sim.route import PASSED_M, RouteFollower, RouteLimits
@@ -41,6 +41,7 @@ def apart(pose: Pose2D, goal: Pose2D) -> tuple[float, float]:
 
 
 @settings(max_examples=60)
+@example(start=Pose2D(2, 0, 0), route=[(0.0, 0.0), (0.5, 0.0)], goal=Pose2D())  # it comes to the goal at full speed
 @given(start=POSES, route=st.lists(POINTS, max_size=3), goal=POSES)
 def test_it_arrives_at_the_pose_from_anywhere(start: Pose2D, route, goal: Pose2D) -> None:
     follower = RouteFollower(route, goal)

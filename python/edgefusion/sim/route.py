@@ -40,7 +40,7 @@ class RouteFollower:
         """The velocity to drive with from here; the standstill once it has arrived."""
         while len(self._points) > 1 and _apart_m(pose, self._points[0]) < PASSED_M:
             self._points.pop(0)
-        self._there = self._there or (len(self._points) == 1 and self._at_goal(pose))
+        self._there = len(self._points) == 1 and self._at_goal(pose)
         return self._turn(pose) if self._there else self._drive(pose)
 
     def way_left_m(self, pose: Pose2D) -> float:
@@ -49,7 +49,8 @@ class RouteFollower:
         return sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(way, way[1:]))
 
     def _at_goal(self, pose: Pose2D) -> bool:
-        return _apart_m(pose, self._points[0]) < self._limits.place_m
+        """Twice as far off is still there once it was, or it would never turn; farther, and it rolled past."""
+        return self.arrived or _apart_m(pose, self._points[0]) < self._limits.place_m * (2 if self._there else 1)
 
     def _drive(self, pose: Pose2D) -> Twist2D:
         x_m, y_m = self._points[0]
