@@ -51,7 +51,7 @@ EXAMPLES = """\
 examples:
   python models/train_lab.py --out models/lab
       about twenty minutes on two cores: a third of it renders the crops
-  python models/train_lab.py --out /tmp/lab --worlds 20 --views 4 --epochs 2
+  python models/train_lab.py --out models/quick --worlds 20 --views 4 --epochs 2
       a quick try
 
 Exit status: 0 trained and checked, 2 refused; the last line says why.
