@@ -14,12 +14,13 @@ import pytest
 import edgefusion
 
 PACKAGE = Path(edgefusion.__file__).parent
-CORE = {"types", "errors", "clock", "config", "_core"}
+CORE = {"types", "errors", "clock", "config", "pose_history", "_core"}
 ALLOWED = {
     "errors": set(),
     "types": set(),
     "clock": {"types", "errors"},
     "config": {"types", "errors"},
+    "pose_history": {"types", "errors"},
     "perception": CORE | {"data"},
     "navigation": CORE,
     "drivers": CORE - {"_core"},

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from edgefusion.errors import RefusedError
-from edgefusion.sim.pose_history import PoseHistory
+from edgefusion.pose_history import PoseHistory
 from edgefusion.types import Pose2D
 
 

@@ -135,6 +135,24 @@ class Twist2D:
         return Pose2D(chord_m * math.cos(half_turn), chord_m * math.sin(half_turn), _wrapped(2 * half_turn))
 
 
+@dataclass(frozen=True)
+class Goal:
+    """Where to drive to, in `odom`. id: names it in what is reported about it.
+
+    position_tolerance_m, heading_tolerance [rad]: how near to the pose is arrived; a tolerance of pi: any heading.
+    """
+
+    id: str
+    pose: Pose2D
+    position_tolerance_m: float = 0.05
+    heading_tolerance: float = math.radians(3)
+
+    def __post_init__(self) -> None:
+        for name in ("position_tolerance_m", "heading_tolerance"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise ValueError(f"{name}: expected a finite number above 0, got {getattr(self, name)}")
+
+
 STILL = Pose2D()
 """The motion of a robot that stood still, or whose odometry is unknown."""
 

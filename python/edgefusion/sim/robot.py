@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from edgefusion.errors import RefusedError
-from edgefusion.sim.pose_history import PoseHistory
+from edgefusion.pose_history import PoseHistory
 from edgefusion.types import STILL, Pose2D, Twist2D
 
 _NS_PER_S = 1_000_000_000

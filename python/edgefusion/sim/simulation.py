@@ -15,12 +15,12 @@ import numpy.typing as npt
 
 from edgefusion.clock import SimClock
 from edgefusion.errors import RefusedError
+from edgefusion.pose_history import PoseHistory
 from edgefusion.sim.built_world import BuiltWorld
 from edgefusion.sim.exposure import CameraSpec, balance, exposed
 from edgefusion.sim.laser import Hits, LaserSpec, SimLaser
 from edgefusion.sim.light import random_light
 from edgefusion.sim.pace import Pace
-from edgefusion.sim.pose_history import PoseHistory
 from edgefusion.sim.renderer import Renderer
 from edgefusion.sim.rig import Rig
 from edgefusion.sim.robot import BaseSpec, SimBase

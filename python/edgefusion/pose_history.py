@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Where the simulated robot was a moment ago: sensors ask for the pose at the time of their measurement."""
+"""Where the robot was a moment ago: what a sensor measured is placed with the pose at the time of measurement."""
 
 from __future__ import annotations
 

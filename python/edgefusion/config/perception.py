@@ -1,48 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""The strict TOML configuration: an unknown key, a wrong type or an impossible value is refused with one line."""
+"""Settings of the detector."""
 
 from __future__ import annotations
 
 import sys
-from pathlib import Path
-from typing import Any, Literal, Optional, Tuple, Type, TypeVar
+from typing import Literal, Optional, Tuple
 
 import msgspec
 
+from edgefusion.config.strict import Seconds, Share, UpTo1, UpTo10, UpTo100, check_fields
 from edgefusion.errors import RefusedError
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 if sys.version_info >= (3, 9):
     from typing import Annotated
 else:
     from typing_extensions import Annotated
 
-# Every number has an upper limit far above what makes sense: without one, infinity and typing errors get in.
-UpTo1 = Annotated[float, msgspec.Meta(gt=0, le=1)]
-UpTo10 = Annotated[float, msgspec.Meta(gt=0, le=10)]
-UpTo100 = Annotated[float, msgspec.Meta(gt=0, le=100)]
-Seconds = Annotated[float, msgspec.Meta(gt=0, le=60)]
-Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
 Heights = Annotated[Tuple[UpTo100, ...], msgspec.Meta(min_length=1, max_length=16)]
 HeightRule = Literal["paper", "weighted", "sharpened"]
-T = TypeVar("T")
 
 USUAL_HEIGHTS = (0.4, 1.0, 2.5)
 """In widths. They span the middle 90 % of 58 objects in photographs and named more of them than 0.6, 1.0, 1.6
 (BENCHMARKS.md)."""
-
-
-def _check_fields(settings: msgspec.Struct) -> None:
-    """msgspec checks what comes from a file; this checks what is built in Python just as strictly."""
-    for field in msgspec.structs.fields(settings):
-        try:
-            msgspec.convert(getattr(settings, field.name), field.type)
-        except msgspec.ValidationError as error:
-            raise RefusedError(f"{field.name}: {error}") from error
 
 
 class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -85,7 +65,7 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     range_sigma_m: UpTo1 = 0.01
 
     def __post_init__(self) -> None:
-        _check_fields(self)
+        check_fields(self)
         if self.heights is None and self.heights_in != "widths":
             raise RefusedError(f"heights_in: expected heights beside {self.heights_in}, got none")
 
@@ -97,37 +77,6 @@ class SyncConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     horizon_s: Seconds = 1.0
 
     def __post_init__(self) -> None:
-        _check_fields(self)
+        check_fields(self)
         if self.tolerance_s > self.horizon_s:
             raise RefusedError(f"tolerance_s: expected at most horizon_s, {self.horizon_s:g}, got {self.tolerance_s:g}")
-
-
-class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The whole configuration file."""
-
-    version: Literal[1] = 1
-    perception: PerceptionConfig = PerceptionConfig()
-    sync: SyncConfig = SyncConfig()
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """The content of a TOML file. Raises RefusedError naming the file, and the line where it is no TOML."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RefusedError(f"{path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:  # also of bytes that are no UTF-8, and of very long numbers
-        raise RefusedError(f"{path}: not TOML: {error}") from error
-
-
-def convert(content: Any, kind: Type[T], path: Path) -> T:
-    """Content of a file as a strict structure. Raises RefusedError naming the file, the key, what was expected."""
-    try:
-        return msgspec.convert(content, kind)
-    except (msgspec.ValidationError, OverflowError, RecursionError) as error:
-        raise RefusedError(f"{path}: {error}") from error
-
-
-def load_config(path: Path | None) -> Config:
-    """The configuration of a TOML file, or the defaults. Raises RefusedError."""
-    return Config() if path is None else convert(read_toml(path), Config, path)

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The strict TOML configuration: a file for each of its sections, and what reads them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from edgefusion.config.navigation import BaseConfig, KhatibConfig, NavigationConfig
+from edgefusion.config.perception import USUAL_HEIGHTS, HeightRule, Heights, PerceptionConfig, SyncConfig
+from edgefusion.config.strict import convert, read_toml
+
+__all__ = [
+    "USUAL_HEIGHTS",
+    "BaseConfig",
+    "Config",
+    "HeightRule",
+    "Heights",
+    "KhatibConfig",
+    "NavigationConfig",
+    "PerceptionConfig",
+    "SyncConfig",
+    "convert",
+    "load_config",
+    "read_toml",
+]
+
+
+class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The whole configuration file."""
+
+    version: Literal[1] = 1
+    perception: PerceptionConfig = PerceptionConfig()
+    sync: SyncConfig = SyncConfig()
+    base: BaseConfig = BaseConfig()
+    navigation: NavigationConfig = NavigationConfig()
+
+
+def load_config(path: Path | None) -> Config:
+    """The configuration of a TOML file, or the defaults. Raises RefusedError."""
+    return Config() if path is None else convert(read_toml(path), Config, path)

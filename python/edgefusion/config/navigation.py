@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Settings of the base that is driven, and of how it is driven to a goal."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Literal, Tuple
+
+import msgspec
+
+from edgefusion.config.strict import Seconds, UpTo1, UpTo10, UpTo100, check_fields
+from edgefusion.errors import RefusedError
+
+if sys.version_info >= (3, 9):
+    from typing import Annotated
+else:
+    from typing_extensions import Annotated
+
+Coordinate = Annotated[float, msgspec.Meta(ge=-10, le=10)]
+Point = Tuple[Coordinate, Coordinate]
+Delay = Annotated[float, msgspec.Meta(ge=0, le=1)]
+
+P3DX_FOOTPRINT_M = ((0.210, 0.2125), (-0.301, 0.2125), (-0.301, -0.2125), (0.210, -0.2125))
+"""A Pioneer 3-DX about the middle of its wheel axle: the tail is longer than the nose, and swings."""
+
+
+class BaseConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The base: its hull, where the laser is on it, how fast it may go. The defaults are a Pioneer 3-DX's."""
+
+    # Corners of the hull, seen from above, in base_link [m], whose origin is the middle of the axle; convex.
+    footprint_m: Annotated[Tuple[Point, ...], msgspec.Meta(min_length=3, max_length=32)] = P3DX_FOOTPRINT_M
+    # The laser's x, y [m] and direction [rad] in base_link.
+    laser_pose: Tuple[Coordinate, Coordinate, Coordinate] = (0.10, 0.0, 0.0)
+    max_speed_mps: UpTo10 = 0.5
+    max_yaw_rate_radps: UpTo10 = math.radians(60)
+    # What the drive does, accelerating and braking.
+    acceleration_mps2: UpTo10 = 0.3
+    yaw_acceleration_radps2: UpTo100 = math.radians(100)
+    # From a command's computation until the wheels begin to follow it.
+    command_delay_s: Delay = 0.05
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+
+class KhatibConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The paper's potential field: attraction of the goal, repulsion of what is near."""
+
+    attraction: UpTo100 = 1.0
+    repulsion: UpTo100 = 0.05
+    # Obstacles farther than this do not repel, and the P-controller with the higher gain drives; it hands over to the
+    # field below this distance, and takes over again above this and the hysteresis.
+    threshold_m: UpTo10 = 1.0
+    hysteresis_m: UpTo1 = 0.2
+    # k of eq. (4), with the field and with the P-controller [1/s].
+    near_gain: UpTo10 = 0.6
+    far_gain: UpTo10 = 1.2
+
+
+class NavigationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How the base is driven to a goal."""
+
+    field: Literal["navigation-function", "khatib"] = "navigation-function"
+    khatib: KhatibConfig = KhatibConfig()
+    cell_m: Annotated[float, msgspec.Meta(ge=0.02, le=0.2)] = 0.05
+    # Kept between the hull and what the laser saw.
+    margin_m: Annotated[float, msgspec.Meta(ge=0, le=0.5)] = 0.02
+    # Ways that come nearer to obstacles than this, beyond the hull's inscribed circle, are longer than they are.
+    comfort_m: UpTo10 = 0.5
+    # Scans older than this are not driven by.
+    max_scan_age_s: Seconds = 0.75
+    # Without coming nearer to the goal for so long, it counts as out of reach.
+    patience_s: Seconds = 20.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.comfort_m <= self.margin_m:
+            raise RefusedError(f"comfort_m: expected more than margin_m, {self.margin_m:g}, got {self.comfort_m:g}")
