@@ -70,7 +70,8 @@ class SimLaser:
         """
         spec = self._spec
         exact = self._exact(stamp_ns, segments, pose_at)
-        ranges_m = self._mixed(exact.ranges_m, edges(exact, segments, spec.edge_m), rng)
+        at = edges(exact, segments, spec.edge_m) if spec.mixed else np.empty(0, np.intp)  # finding them takes a while
+        ranges_m = self._mixed(exact.ranges_m, at, rng)
         scan = Scan(
             stamp_ns,
             self._measured(ranges_m, rng),
