@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copyright the edgefusion authors
 //
-// The only file that knows Python: checks types and shapes, names what is wrong, releases the GIL, hands over
-// pointers.
+// The bindings files are the only ones that know Python: they check types and shapes, name what is wrong, release the
+// GIL, hand over pointers. Here are perception and the simulator; navigation is in bindings_navigation.cpp.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -19,6 +19,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "bindings_arguments.hpp"
+#include "bindings_navigation.hpp"
 #include "edgefusion/box.hpp"
 #include "edgefusion/boxes.hpp"
 #include "edgefusion/camera.hpp"
@@ -30,71 +32,9 @@
 #include "edgefusion/refuse.hpp"
 #include "edgefusion/split.hpp"
 
-namespace py = pybind11;
 using namespace edgefusion;
 
 namespace {
-
-template <typename T>
-using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
-
-std::string shape_of(const py::array& array) {
-  std::string text = "[";
-  for (py::ssize_t i = 0; i < array.ndim(); ++i) text += (i ? ", " : "") + std::to_string(array.shape(i));
-  return text + "]";
-}
-
-std::string type_of(const py::array& array) {
-  return py::str(array.dtype()).cast<std::string>();
-}
-
-// NumPy's array of anything that it takes for one.
-py::array array_of(const char* name, const py::object& object) {
-  py::array array = py::array::ensure(object);
-  if (!array)
-    refuse(name, ": expected an array of numbers, got ",
-           py::type::of(object).attr("__name__").cast<std::string>());
-  return array;
-}
-
-// The values as doubles; texts, complex numbers and truths are none.
-Array<double> doubles(const char* name, const py::object& object) {
-  const py::array array = array_of(name, object);
-  const char kind = array.dtype().kind();
-  if (kind != 'f' && kind != 'i' && kind != 'u')
-    refuse(name, ": expected real numbers, got ", type_of(array));
-  Array<double> values = Array<double>::ensure(array);
-  if (!values) throw py::error_already_set();
-  return values;
-}
-
-// `rows` < 0: any number of rows.
-void expect_shape(const char* name, const py::array& array, py::ssize_t rows, py::ssize_t columns) {
-  if (array.ndim() == 2 && (rows < 0 || array.shape(0) == rows) && array.shape(1) == columns) return;
-  refuse(name, ": expected shape [", rows < 0 ? "n" : std::to_string(rows), ", ", columns, "], got ",
-         shape_of(array));
-}
-
-Array<double> rows_of(const char* name, const py::object& object, py::ssize_t columns) {
-  Array<double> values = doubles(name, object);
-  expect_shape(name, values, -1, columns);
-  return values;
-}
-
-// `n` < 0: any length.
-Array<double> vector_of(const char* name, const py::object& object, py::ssize_t n = -1) {
-  Array<double> values = doubles(name, object);
-  if (values.ndim() != 1 || (n >= 0 && values.shape(0) != n))
-    refuse(name, ": expected shape [", n < 0 ? "n" : std::to_string(n), "], got ", shape_of(values));
-  return values;
-}
-
-template <int Rows, int Columns>
-Eigen::Matrix<double, Rows, Columns> matrix(const char* name, const py::object& object) {
-  const Array<double> values = doubles(name, object);
-  expect_shape(name, values, Rows, Columns);
-  return Eigen::Map<const Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>>(values.data());
-}
 
 std::array<float, 3> triple(const char* name, const py::object& object) {
   const Array<double> values = vector_of(name, object, 3);
@@ -382,4 +322,6 @@ PYBIND11_MODULE(_core, m) {
   m.def("crops", &py_crops, py::arg("image"), py::arg("boxes"), py::arg("size"), py::arg("mean"),
         py::arg("std"), py::arg("fit") = "squash", py::arg("filter") = "antialias",
         py::arg("crop_fraction") = 1.0, py::arg("out") = py::none());
+
+  bind_navigation(m);
 }

@@ -154,3 +154,111 @@ def crops(
     Raises ValueError for an empty box, one outside the image, boxes that are no integers, an image that is not uint8
     BGR or above 2^28 pixels a side, a wrong `out`.
     """
+
+class Footprint:
+    """The hull of a base seen from above: a convex polygon about the middle of its axle.
+
+    corners_m: [n, 2] in base_link, in either sense. Raises ValueError for fewer than 3 corners, values that are not
+    finite, a polygon that is not convex or does not hold the origin.
+    """
+
+    def __init__(self, corners_m: npt.ArrayLike) -> None: ...
+    @property
+    def inscribed_m(self) -> float:
+        """Radius of the largest circle about the origin inside the hull."""
+    @property
+    def circumscribed_m(self) -> float:
+        """Radius of the smallest circle about the origin around the hull."""
+    def gap(self, x_m: float, y_m: float) -> float:
+        """From the hull to a point in base_link, below 0 inside; near a corner less than the true one, never more."""
+
+class ObstacleMap:
+    """What the laser has seen so far, in cells; each remembers the mean of the points seen in it.
+
+    Its window begins empty: what lies outside is not kept. Raises ValueError for a cell not above 0.
+    """
+
+    def __init__(self, cell_m: float) -> None: ...
+    def cover(self, x_m: float, y_m: float, target_x_m: float, target_y_m: float) -> None:
+        """Makes the window hold the base, and the target where both fit into 60 x 60 m, with 5 m around either."""
+    def insert(
+        self,
+        poses: npt.ArrayLike,
+        ranges_m: npt.ArrayLike,
+        angle_min: float,
+        angle_increment: float,
+        range_min_m: float,
+        range_max_m: float,
+    ) -> None:
+        """Marks what beams ended at and lets fade what they came through. poses [n, 3]: the laser's (x, y, theta) in
+        the map at each beam. ranges_m [n]: NaN unknown, +inf free, -inf nearer than range_min_m (REP 117)."""
+    def stand(self, footprint: Footprint, pose: npt.ArrayLike, inset_m: float) -> None:
+        """Forgets what was seen where the base, at (x, y, theta), now stands, as far as inset_m inside its hull."""
+    def clear(self) -> None:
+        """Forgets everything."""
+    def points(self) -> npt.NDArray[np.float64]:
+        """All points, float64[n, 2]."""
+    def seen(self, x_m: float, y_m: float) -> bool:
+        """Whether a beam, or the base, has ever come through there."""
+    @property
+    def window(self) -> tuple[int, int, int, int]:
+        """(column, row, columns, rows): column c covers x from c * cell_m to (c + 1) * cell_m."""
+
+class NavigationFunction:
+    """A potential without local minima: the way to the goal [m], longer near obstacles, by fast marching.
+
+    blocked_m: the base's middle never comes nearer to a point. comfort_m: from here on obstacles are of no account.
+    weight: a metre right beside what is blocked counts 1 + weight. Raises ValueError for values that are not finite or
+    below 0, and comfort_m not above blocked_m.
+    """
+
+    def __init__(self, blocked_m: float, comfort_m: float, weight: float) -> None: ...
+    def begin(
+        self, map: ObstacleMap, goal_x_m: float, goal_y_m: float, tolerance_m: float, x_m: float, y_m: float
+    ) -> None:
+        """Begins to compute it anew for a base at (x_m, y_m); the last one stays in use until then."""
+    def advance(self, map: ObstacleMap, cells: int) -> bool:
+        """Does so many cells' work; True when what was begun is done, and in use."""
+    @property
+    def running(self) -> bool:
+        """Whether one was begun and is not done."""
+    @property
+    def outcome(self) -> str:
+        """Of the one in use: "reached", "enclosed" (no way from the base) or "occupied" (no room at the goal)."""
+    def value(self, x_m: float, y_m: float) -> float:
+        """The potential [m]; inf where there is no way or it is not known."""
+    def descent(self, x_m: float, y_m: float) -> tuple[float, float]:
+        """The unit vector down the potential, (0, 0) where there is none."""
+    def way(self, x_m: float, y_m: float, length_m: float, reach_m: float) -> npt.NDArray[np.float64]:
+        """Down the potential for at most length_m: float64[k, 2]. From a place without a value it begins at the
+        nearest one within reach_m that has one; there may be none: k is 0 then."""
+    def clearance(self, x_m: float, y_m: float) -> float:
+        """From there to the nearest point that was known, as far as comfort_m; inf beyond."""
+
+class Guard:
+    """Says which commands a base can still be stopped after without touching anything.
+
+    margin_m: kept between the hull and any point. Motions are (x, y, theta, v, w) in the map [m, rad, m/s, rad/s].
+    """
+
+    def __init__(
+        self, footprint: Footprint, acceleration_mps2: float, yaw_acceleration_radps2: float, margin_m: float
+    ) -> None: ...
+    def look(self, map: ObstacleMap, x_m: float, y_m: float, reach_m: float, moving: npt.ArrayLike) -> None:
+        """What there is now: the map's points within reach_m, and moving ones [k, 4] as (x, y, vx, vy)."""
+    def gap(self, pose: npt.ArrayLike) -> float:
+        """From the hull at (x, y, theta) to the nearest point [m], inf where there is none within reach."""
+    def free(self, map: ObstacleMap, motion: npt.ArrayLike, v_mps: float, w_radps: float, hold_s: float) -> bool:
+        """Whether a base that moves so can follow the command for hold_s, then brake, and touch nothing meanwhile."""
+    def fits(self, pose: npt.ArrayLike, margin_m: float) -> bool:
+        """Whether the hull fits there with so much margin."""
+
+def followed(
+    motion: npt.ArrayLike,
+    v_mps: float,
+    w_radps: float,
+    acceleration_mps2: float,
+    yaw_acceleration_radps2: float,
+    duration_s: float,
+) -> tuple[float, float, float, float, float]:
+    """Where a base gets to, and how fast it is, that follows a command for some time from the motion that it has."""

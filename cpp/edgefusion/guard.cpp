@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the edgefusion authors
+#include "edgefusion/guard.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "edgefusion/refuse.hpp"
+
+namespace edgefusion {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::infinity();
+// Between two poses that are tried no point of the hull moves farther [m], and no more time passes [s].
+constexpr double kStride = 0.03, kTick = 0.05;
+// A base nearer than the margin may come nearer by this much: its points are not exact [m].
+constexpr double kGive = 0.003;
+constexpr double kLeastShare = 0.25;  // but never nearer than this share of the margin
+constexpr double kStill = 1e-3;       // slower than this nothing is [m/s, rad/s]
+
+double ramped(double speed, double target, double change) {
+  return target > speed ? std::min(target, speed + change) : std::max(target, speed - change);
+}
+
+}  // namespace
+
+Motion followed(const Motion& start, const Command& command, const Ramps& ramps, double duration) {
+  Motion m = start;
+  constexpr double kStep = 0.05;
+  for (double left = duration; left > 1e-9; left -= kStep) {
+    const double dt = std::min(kStep, left);
+    const double v = ramped(m.v, command.v, ramps.acceleration * dt);
+    const double w = ramped(m.w, command.w, ramps.yaw_acceleration * dt);
+    const double way = 0.5 * (m.v + v) * dt, turn = 0.5 * (m.w + w) * dt, middle = m.pose.theta + 0.5 * turn;
+    m = {{m.pose.x + way * std::cos(middle), m.pose.y + way * std::sin(middle), m.pose.theta + turn}, v, w};
+  }
+  return m;
+}
+
+Guard::Guard(const Footprint& footprint, const Ramps& ramps, double margin)
+    : footprint_(footprint), ramps_(ramps), margin_(margin) {
+  if (!(margin >= 0.0 && std::isfinite(margin)))
+    refuse("margin: expected a finite number of at least 0, got ", margin);
+  for (const auto& [name, value] :
+       {std::pair{"acceleration", ramps.acceleration}, std::pair{"yaw_acceleration", ramps.yaw_acceleration}})
+    if (!(value > 0.0 && std::isfinite(value)))
+      refuse(name, ": expected a finite number above 0, got ", value);
+}
+
+void Guard::look(const ObstacleMap& map, double x, double y, double reach, const double* moving,
+                 std::size_t k) {
+  expect_finite("moving", moving, 4 * k);
+  std::vector<double> near;
+  map.points_near(x, y, reach, near);
+  points_.clear();
+  points_.reserve(near.size() / 2 + k);
+  for (std::size_t i = 0; i < near.size(); i += 2) points_.push_back({near[i], near[i + 1], 0.0, 0.0});
+  for (std::size_t i = 0; i < k; ++i)
+    points_.push_back({moving[4 * i], moving[4 * i + 1], moving[4 * i + 2], moving[4 * i + 3]});
+}
+
+double Guard::gap(const Pose& pose) const {
+  return gap_at(pose, 0.0, kNone);
+}
+
+// The smallest gap after some time; points whose gap must be larger than `beyond` are not looked at.
+double Guard::gap_at(const Pose& pose, double after, double beyond) const {
+  const double cosine = std::cos(pose.theta), sine = std::sin(pose.theta);
+  const double reach = footprint_.circumscribed() + beyond;
+  double smallest = kNone;
+  for (const Point& p : points_) {
+    const double dx = p.x + after * p.vx - pose.x, dy = p.y + after * p.vy - pose.y;
+    if (dx * dx + dy * dy > reach * reach) continue;
+    smallest = std::min(smallest, footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx));
+  }
+  return smallest;
+}
+
+bool Guard::fits(const Pose& pose, double margin) const {
+  return gap_at(pose, 0.0, margin) >= margin;
+}
+
+double Guard::needed(double gap) const {
+  if (gap >= margin_) return margin_;
+  return std::min(gap, std::max(gap - kGive, kLeastShare * margin_));
+}
+
+// The ground under the edge of the hull that goes ahead: its middle, and half way to either side.
+bool Guard::shown(const ObstacleMap& map, const Pose& pose, double ahead) const {
+  const double cosine = std::cos(pose.theta), sine = std::sin(pose.theta);
+  for (const double aside : {-0.5, 0.0, 0.5}) {
+    const double y = aside * footprint_.inscribed();
+    if (!map.seen(pose.x + cosine * ahead - sine * y, pose.y + sine * ahead + cosine * y)) return false;
+  }
+  return true;
+}
+
+bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& command, double hold) const {
+  const double least = needed(gap_at(start.pose, 0.0, margin_));
+  Motion m = start;
+  for (double time = 0.0;;) {
+    const bool braking = time >= hold;
+    if (braking && std::abs(m.v) < kStill && std::abs(m.w) < kStill) return true;
+    const double rate = std::max(std::abs(m.v), std::abs(command.v)) +
+                        std::max(std::abs(m.w), std::abs(command.w)) * footprint_.circumscribed();
+    double dt = std::min(kTick, kStride / std::max(rate, kStride / kTick));
+    if (!braking) dt = std::min(dt, hold - time);
+    m = followed(m, braking ? Command{0.0, 0.0} : command, ramps_, dt);
+    time += dt;
+    if (gap_at(m.pose, time, margin_) < least) return false;
+    if (m.v > kStill && !shown(map, m.pose, footprint_.front())) return false;
+    if (m.v < -kStill && !shown(map, m.pose, footprint_.back())) return false;
+  }
+}
+
+}  // namespace edgefusion

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the edgefusion authors
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "edgefusion/footprint.hpp"
+#include "edgefusion/obstacle_map.hpp"
+
+namespace edgefusion {
+
+/// A pose, and how fast the base is there [m/s, rad/s].
+struct Motion {
+  Pose pose;
+  double v, w;
+};
+
+/// A velocity to reach and keep [m/s, rad/s].
+struct Command {
+  double v, w;
+};
+
+/// How fast the drive reaches a commanded velocity, and stops.
+struct Ramps {
+  double acceleration, yaw_acceleration;  ///< [m/s^2, rad/s^2]
+};
+
+/// Knows what is around the base now, and says which commands it can still be stopped after without touching it.
+class Guard {
+ public:
+  /// margin: what is kept between the hull and any point [m].
+  ///
+  /// Throws std::invalid_argument for a margin that is not finite or below 0, and ramps not finite and above 0.
+  Guard(const Footprint& footprint, const Ramps& ramps, double margin);
+
+  /// What there is: the map's points within `reach` of the base, and others that move.
+  ///
+  /// moving  k x 4, row major: (x, y, vx, vy) in the map, now
+  void look(const ObstacleMap& map, double x, double y, double reach, const double* moving, std::size_t k);
+
+  /// From the hull to the nearest point [m], infinity where there is none within reach.
+  double gap(const Pose& pose) const;
+
+  /// Whether a base that moves so can follow the command for `hold` seconds, then brake, and touch nothing meanwhile.
+  /// A base that is nearer than the margin already may go where it does not come nearer still. It goes forward only
+  /// where its nose, and back only where its tail, comes to ground that was seen.
+  bool free(const ObstacleMap& map, const Motion& start, const Command& command, double hold) const;
+
+  /// Whether the hull fits there, `margin` from all points; what moves is where it is now.
+  bool fits(const Pose& pose, double margin) const;
+
+  const Footprint& footprint() const { return footprint_; }
+  double margin() const { return margin_; }
+
+ private:
+  struct Point {
+    double x, y, vx, vy;
+  };
+  double gap_at(const Pose& pose, double after, double beyond) const;
+  bool shown(const ObstacleMap& map, const Pose& pose, double ahead) const;
+  double needed(double gap) const;
+
+  Footprint footprint_;
+  Ramps ramps_;
+  double margin_;
+  std::vector<Point> points_;
+};
+
+/// Where a base gets to that follows a command for some time, from the velocity that it has.
+Motion followed(const Motion& start, const Command& command, const Ramps& ramps, double duration);
+
+}  // namespace edgefusion

@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the edgefusion authors
+#include "edgefusion/navigation_function.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "edgefusion/refuse.hpp"
+
+namespace edgefusion {
+namespace {
+
+constexpr float kNever = std::numeric_limits<float>::infinity();
+// Of a cell near which nothing is.
+constexpr float kNoPoint = std::numeric_limits<float>::infinity();
+// The marching goes on so far behind the base, for the ways that it may take from there [m].
+constexpr float kBehindBase = 1.0f;
+
+}  // namespace
+
+NavigationFunction::NavigationFunction(const WayCost& cost) : cost_(cost) {
+  const std::pair<const char*, double> all[] = {
+      {"blocked", cost.blocked}, {"comfort", cost.comfort}, {"weight", cost.weight}};
+  for (const auto& [name, value] : all)
+    if (!(value >= 0.0 && std::isfinite(value)))
+      refuse(name, ": expected a finite number of at least 0, got ", value);
+  if (!(cost.comfort > cost.blocked))
+    refuse("comfort: expected more than blocked, ", cost.blocked, ", got ", cost.comfort);
+}
+
+void NavigationFunction::begin(const ObstacleMap& map, double goal_x, double goal_y, double tolerance,
+                               double x, double y) {
+  const double given[] = {goal_x, goal_y, tolerance, x, y};
+  expect_finite("goal, tolerance, base", given, 5);
+  next_.goal_x = goal_x;
+  next_.goal_y = goal_y;
+  tolerance_ = tolerance;
+  base_x_ = x;
+  base_y_ = y;
+  restart(map);
+}
+
+void NavigationFunction::restart(const ObstacleMap& map) {
+  next_.window = map.window();
+  next_.cell = map.cell();
+  next_.values.assign(next_.window.size(), kNever);
+  next_.nearest.resize(next_.window.size());
+  settled_.assign(next_.window.size(), 0);
+  heap_.clear();
+  row_ = 0;
+  stage_ = Stage::kDown;
+}
+
+bool NavigationFunction::advance(const ObstacleMap& map, std::size_t cells) {
+  if (stage_ == Stage::kIdle) return false;
+  if (!(next_.window == map.window())) restart(map);
+  if (stage_ == Stage::kDown) cells -= std::min(cells, sweep_down(map, cells));
+  if (stage_ == Stage::kUp) cells -= std::min(cells, sweep_up(cells));
+  if (stage_ == Stage::kMarch) march(cells);
+  return stage_ == Stage::kIdle;
+}
+
+// The nearest point of a cell is that of a neighbour, if any is near (Danielsson 1980): two sweeps over all cells find
+// it, the first from the lowest row upwards.
+bool NavigationFunction::take(std::size_t to, std::size_t from, double x, double y) {
+  const Point point = next_.nearest[from];
+  if (point.x == kNoPoint) return false;
+  const auto apart = [x, y](const Point& p) {
+    const double dx = static_cast<double>(p.x) - x, dy = static_cast<double>(p.y) - y;
+    return dx * dx + dy * dy;
+  };
+  const double squared = apart(point);
+  if (squared > cost_.comfort * cost_.comfort) return false;
+  Point& own = next_.nearest[to];
+  if (own.x != kNoPoint && apart(own) <= squared) return false;
+  own = point;
+  return true;
+}
+
+std::size_t NavigationFunction::sweep_down(const ObstacleMap& map, std::size_t cells) {
+  const Window& w = next_.window;
+  const auto columns = static_cast<std::size_t>(w.columns);
+  std::size_t done = 0;
+  for (; row_ < w.rows && done < cells; ++row_, done += columns) {
+    const std::size_t first = static_cast<std::size_t>(row_) * columns;
+    const double y = middle(w.row + row_);
+    for (std::size_t c = 0; c < columns; ++c) {
+      const ObstacleMap::Cell& cell = map.at(first + c);
+      next_.nearest[first + c] = cell.evidence > 0 ? Point{cell.x, cell.y} : Point{kNoPoint, kNoPoint};
+    }
+    for (std::size_t c = 0; c < columns; ++c) {
+      const std::size_t i = first + c;
+      const double x = middle(w.column + static_cast<std::int32_t>(c));
+      if (c > 0) take(i, i - 1, x, y);
+      if (row_ == 0) continue;
+      take(i, i - columns, x, y);
+      if (c > 0) take(i, i - columns - 1, x, y);
+      if (c + 1 < columns) take(i, i - columns + 1, x, y);
+    }
+    for (std::size_t c = columns - 1; c-- > 0;)
+      take(first + c, first + c + 1, middle(w.column + static_cast<std::int32_t>(c)), y);
+  }
+  if (row_ == w.rows) {
+    stage_ = Stage::kUp;
+    row_ = w.rows - 1;
+  }
+  return done;
+}
+
+std::size_t NavigationFunction::sweep_up(std::size_t cells) {
+  const Window& w = next_.window;
+  const auto columns = static_cast<std::size_t>(w.columns);
+  std::size_t done = 0;
+  for (; row_ >= 0 && done < cells; --row_, done += columns) {
+    const std::size_t first = static_cast<std::size_t>(row_) * columns;
+    const double y = middle(w.row + row_);
+    for (std::size_t c = columns; c-- > 0;) {
+      const std::size_t i = first + c;
+      const double x = middle(w.column + static_cast<std::int32_t>(c));
+      if (c + 1 < columns) take(i, i + 1, x, y);
+      if (row_ + 1 == w.rows) continue;
+      take(i, i + columns, x, y);
+      if (c > 0) take(i, i + columns - 1, x, y);
+      if (c + 1 < columns) take(i, i + columns + 1, x, y);
+    }
+    for (std::size_t c = 1; c < columns; ++c)
+      take(first + c, first + c - 1, middle(w.column + static_cast<std::int32_t>(c)), y);
+  }
+  if (row_ < 0) {
+    stage_ = Stage::kMarch;
+    stop_at_ = kNever;
+    seed();
+  }
+  return done;
+}
+
+// Infinity where the base cannot be.
+float NavigationFunction::cost_at(std::size_t index, std::int32_t column, std::int32_t row) const {
+  const Point& point = next_.nearest[index];
+  if (point.x == kNoPoint) return 1.0f;
+  const double apart =
+      std::hypot(static_cast<double>(point.x) - middle(column), static_cast<double>(point.y) - middle(row));
+  if (apart < cost_.blocked) return kNever;
+  const double near = (cost_.comfort - apart) / (cost_.comfort - cost_.blocked);
+  return near <= 0.0 ? 1.0f : static_cast<float>(1.0 + cost_.weight * near * near);
+}
+
+void NavigationFunction::seed() {
+  const Window& w = next_.window;
+  const auto column = static_cast<std::int32_t>(std::floor(next_.goal_x / next_.cell));
+  const auto row = static_cast<std::int32_t>(std::floor(next_.goal_y / next_.cell));
+  w.holds(column, row) ? seed_goal() : seed_border();
+  if (heap_.empty()) finish(Outcome::kOccupied);
+}
+
+void NavigationFunction::seed_goal() {
+  const Window& w = next_.window;
+  const double reach = std::max(tolerance_, next_.cell);
+  const auto cell_of = [this](double coordinate) {
+    return static_cast<std::int32_t>(std::floor(coordinate / next_.cell));
+  };
+  for (std::int32_t r = cell_of(next_.goal_y - reach); r <= cell_of(next_.goal_y + reach); ++r) {
+    for (std::int32_t c = cell_of(next_.goal_x - reach); c <= cell_of(next_.goal_x + reach); ++c) {
+      if (!w.holds(c, r)) continue;
+      const double apart = std::hypot(middle(c) - next_.goal_x, middle(r) - next_.goal_y);
+      const float cost = cost_at(w.index(c, r), c, r);
+      if (apart <= reach && cost != kNever) offer(w.index(c, r), cost * static_cast<float>(apart));
+    }
+  }
+}
+
+// Beyond the border all ground is taken for free: from there it is as far as the bird flies.
+void NavigationFunction::seed_border() {
+  const Window& w = next_.window;
+  const auto at = [&](std::int32_t c, std::int32_t r) {
+    if (cost_at(w.index(c, r), c, r) != kNever)
+      offer(w.index(c, r),
+            static_cast<float>(std::hypot(middle(c) - next_.goal_x, middle(r) - next_.goal_y)));
+  };
+  for (std::int32_t c = w.column; c < w.column + w.columns; ++c) {
+    at(c, w.row);
+    at(c, w.row + w.rows - 1);
+  }
+  for (std::int32_t r = w.row; r < w.row + w.rows; ++r) {
+    at(w.column, r);
+    at(w.column + w.columns - 1, r);
+  }
+}
+
+void NavigationFunction::offer(std::size_t index, float value) {
+  if (!(value < next_.values[index])) return;
+  next_.values[index] = value;
+  heap_.push_back({value, static_cast<std::int32_t>(index)});
+  std::push_heap(heap_.begin(), heap_.end());
+}
+
+std::size_t NavigationFunction::march(std::size_t cells) {
+  const Window& w = next_.window;
+  const auto base_column = static_cast<std::int32_t>(std::floor(base_x_ / next_.cell));
+  const auto base_row = static_cast<std::int32_t>(std::floor(base_y_ / next_.cell));
+  const std::size_t base = w.holds(base_column, base_row) ? w.index(base_column, base_row) : w.size();
+  std::size_t done = 0;
+  while (done < cells && stage_ == Stage::kMarch) {
+    if (heap_.empty() || heap_.front().value > stop_at_) {
+      finish(base < w.size() && settled_[base] ? Outcome::kReached : Outcome::kEnclosed);
+      break;
+    }
+    const auto index = static_cast<std::size_t>(heap_.front().index);
+    std::pop_heap(heap_.begin(), heap_.end());
+    heap_.pop_back();
+    if (settled_[index]) continue;
+    settled_[index] = 1;
+    ++done;
+    if (index == base) stop_at_ = next_.values[index] + kBehindBase;
+    const auto column = w.column + static_cast<std::int32_t>(index % static_cast<std::size_t>(w.columns));
+    const auto row = w.row + static_cast<std::int32_t>(index / static_cast<std::size_t>(w.columns));
+    relax(column + 1, row);
+    relax(column - 1, row);
+    relax(column, row + 1);
+    relax(column, row - 1);
+  }
+  return done;
+}
+
+// The first-order upwind solution of |grad T| = cost from the settled neighbours.
+void NavigationFunction::relax(std::int32_t column, std::int32_t row) {
+  const Window& w = next_.window;
+  if (!w.holds(column, row)) return;
+  const std::size_t index = w.index(column, row);
+  if (settled_[index]) return;
+  const float cost = cost_at(index, column, row);
+  if (cost == kNever) return;
+  const auto settled = [&](std::int32_t c, std::int32_t r) {
+    return w.holds(c, r) && settled_[w.index(c, r)] ? next_.values[w.index(c, r)] : kNever;
+  };
+  const float across = std::min(settled(column - 1, row), settled(column + 1, row));
+  const float along = std::min(settled(column, row - 1), settled(column, row + 1));
+  const float step = cost * static_cast<float>(next_.cell);
+  const float apart = std::abs(across - along);  // infinity or NaN where one of them is not settled
+  float value = std::min(across, along) + step;
+  if (apart < step) value = 0.5f * (across + along + std::sqrt(2.0f * step * step - apart * apart));
+  offer(index, value);
+}
+
+void NavigationFunction::finish(Outcome outcome) {
+  next_.outcome = outcome;
+  std::swap(field_, next_);
+  next_.goal_x = field_.goal_x;
+  next_.goal_y = field_.goal_y;
+  stage_ = Stage::kIdle;
+}
+
+float NavigationFunction::value_at(std::int32_t column, std::int32_t row) const {
+  return field_.window.holds(column, row) ? field_.values[field_.window.index(column, row)] : kNever;
+}
+
+namespace {
+
+// The four cells around a point, and their shares of a bilinear mixture.
+struct Corners {
+  std::int32_t column, row;
+  double right, up;
+
+  Corners(double x, double y, double cell) {
+    const double c = x / cell - 0.5, r = y / cell - 0.5;
+    column = static_cast<std::int32_t>(std::floor(c));
+    row = static_cast<std::int32_t>(std::floor(r));
+    right = c - column;
+    up = r - row;
+  }
+  template <typename Visit>
+  void each(Visit&& visit) const {
+    visit(column, row, (1.0 - right) * (1.0 - up));
+    visit(column + 1, row, right * (1.0 - up));
+    visit(column, row + 1, (1.0 - right) * up);
+    visit(column + 1, row + 1, right * up);
+  }
+};
+
+}  // namespace
+
+double NavigationFunction::value(double x, double y) const {
+  if (field_.values.empty()) return std::numeric_limits<double>::infinity();
+  double sum = 0.0, shares = 0.0;
+  Corners(x, y, field_.cell).each([&](std::int32_t c, std::int32_t r, double share) {
+    const float value = value_at(c, r);
+    if (value == kNever) return;
+    sum += share * static_cast<double>(value);
+    shares += share;
+  });
+  return shares > 0.0 ? sum / shares : std::numeric_limits<double>::infinity();
+}
+
+std::pair<double, double> NavigationFunction::slope(std::int32_t column, std::int32_t row) const {
+  const float here = value_at(column, row);
+  const auto upwind = [here](float before, float behind) {
+    const float least = std::min(before, behind);
+    if (!(least < here)) return 0.0;
+    return static_cast<double>(before < behind ? here - before : behind - here);
+  };
+  return {upwind(value_at(column - 1, row), value_at(column + 1, row)),
+          upwind(value_at(column, row - 1), value_at(column, row + 1))};
+}
+
+std::pair<double, double> NavigationFunction::descent(double x, double y) const {
+  if (field_.values.empty()) return {0.0, 0.0};
+  // At the goal itself the cells are too coarse.
+  const double to_x = field_.goal_x - x, to_y = field_.goal_y - y, apart = std::hypot(to_x, to_y);
+  if (apart > 0.0 && apart < 2.0 * field_.cell && value(x, y) < 4.0 * field_.cell)
+    return {to_x / apart, to_y / apart};
+  double dx = 0.0, dy = 0.0;
+  Corners(x, y, field_.cell).each([&](std::int32_t c, std::int32_t r, double share) {
+    if (value_at(c, r) == kNever) return;
+    const auto [sx, sy] = slope(c, r);
+    const double length = std::hypot(sx, sy);
+    if (length == 0.0) return;
+    dx -= share * sx / length;
+    dy -= share * sy / length;
+  });
+  const double length = std::hypot(dx, dy);
+  return length > 0.0 ? std::pair(dx / length, dy / length) : std::pair(0.0, 0.0);
+}
+
+void NavigationFunction::way(double x, double y, double length, double reach,
+                             std::vector<double>& points) const {
+  if (field_.values.empty()) return;
+  const double step = 0.5 * field_.cell;
+  if (value(x, y) == std::numeric_limits<double>::infinity()) {
+    double nearest = reach, at_x = x, at_y = y;
+    const auto cells = static_cast<std::int32_t>(std::ceil(reach / field_.cell));
+    const auto column = static_cast<std::int32_t>(std::floor(x / field_.cell));
+    const auto row = static_cast<std::int32_t>(std::floor(y / field_.cell));
+    for (std::int32_t r = row - cells; r <= row + cells; ++r) {
+      for (std::int32_t c = column - cells; c <= column + cells; ++c) {
+        if (value_at(c, r) == kNever) continue;
+        const double px = (c + 0.5) * field_.cell, py = (r + 0.5) * field_.cell,
+                     apart = std::hypot(px - x, py - y);
+        if (apart >= nearest) continue;
+        nearest = apart;
+        at_x = px;
+        at_y = py;
+      }
+    }
+    if (nearest >= reach) return;
+    x = at_x;
+    y = at_y;
+  }
+  points.push_back(x);
+  points.push_back(y);
+  for (double gone = 0.0; gone < length; gone += step) {
+    if (std::hypot(field_.goal_x - x, field_.goal_y - y) <= step) {
+      points.push_back(field_.goal_x);
+      points.push_back(field_.goal_y);
+      return;
+    }
+    const auto [dx, dy] = descent(x, y);
+    if (dx == 0.0 && dy == 0.0) return;
+    x += step * dx;
+    y += step * dy;
+    points.push_back(x);
+    points.push_back(y);
+  }
+}
+
+double NavigationFunction::clearance(double x, double y) const {
+  const double far = std::numeric_limits<double>::infinity();
+  if (field_.values.empty()) return far;
+  const auto column = static_cast<std::int32_t>(std::floor(x / field_.cell));
+  const auto row = static_cast<std::int32_t>(std::floor(y / field_.cell));
+  if (!field_.window.holds(column, row)) return far;
+  const Point& point = field_.nearest[field_.window.index(column, row)];
+  if (point.x == kNoPoint) return far;
+  return std::hypot(static_cast<double>(point.x) - x, static_cast<double>(point.y) - y);
+}
+
+}  // namespace edgefusion

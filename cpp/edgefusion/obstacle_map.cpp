@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the edgefusion authors
+#include "edgefusion/obstacle_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "edgefusion/refuse.hpp"
+
+namespace edgefusion {
+namespace {
+
+constexpr double kLargestSide = 60.0, kAround = 5.0;
+
+// A beam that ends in a cell weighs as much as three that come through; what was seen for long fades in a dozen.
+constexpr int kHit = 3, kStrongest = 12;
+constexpr int kMeanOf = 12;
+// A beam that passes farther from the point than this says nothing about it: it may be a wall that the beam grazes.
+constexpr double kThrough = 0.02;
+// Beams are followed so far: beyond, they lie too far apart to say what is free.
+constexpr double kFollowed = 10.0;
+// Nothing is said about the last stretch before the point that a beam ended at [m].
+constexpr double kBeforeHit = 0.08;
+
+}  // namespace
+
+ObstacleMap::ObstacleMap(double cell) : cell_(cell) {
+  if (!(cell > 0.0 && std::isfinite(cell))) refuse("cell: expected a finite number above 0, got ", cell);
+}
+
+std::int32_t ObstacleMap::column_of(double coordinate) const {
+  return static_cast<std::int32_t>(std::floor(coordinate / cell_));
+}
+
+void ObstacleMap::cover(double x, double y, double target_x, double target_y) {
+  const auto cells = [this](double metres) { return static_cast<std::int32_t>(std::ceil(metres / cell_)); };
+  const std::int32_t around = cells(kAround), largest = cells(kLargestSide);
+  const auto span = [&](std::int32_t begin, std::int32_t size, std::int32_t base, std::int32_t target) {
+    // What there is already, and both with some space around them.
+    std::int32_t low = std::min(base, target) - around, high = std::max(base, target) + around + 1;
+    if (size > 0 && low >= begin && high <= begin + size) return std::pair(begin, size);
+    const std::int32_t slack = around / 2;  // does not grow at every step
+    low -= slack;
+    high += slack;
+    if (size > 0) {
+      low = std::min(low, begin);
+      high = std::max(high, begin + size);
+    }
+    if (high - low <= largest) return std::pair(low, high - low);
+    const bool inside = size == largest && base - around >= begin && base + around < begin + size;
+    if (inside) return std::pair(begin, size);
+    const std::int32_t first = base - largest / 2;
+    return std::pair(first, largest);
+  };
+  const auto [column, columns] = span(window_.column, window_.columns, column_of(x), column_of(target_x));
+  const auto [row, rows] = span(window_.row, window_.rows, column_of(y), column_of(target_y));
+  const Window window{column, row, columns, rows};
+  if (!(window == window_)) resize(window);
+}
+
+void ObstacleMap::resize(const Window& window) {
+  std::vector<Cell> cells(window.size());
+  const std::int32_t first = std::max(window.column, window_.column);
+  const std::int32_t last = std::min(window.column + window.columns, window_.column + window_.columns);
+  const std::int32_t bottom = std::max(window.row, window_.row);
+  const std::int32_t top = std::min(window.row + window.rows, window_.row + window_.rows);
+  if (first < last)
+    for (std::int32_t r = bottom; r < top; ++r)
+      std::copy_n(cells_.begin() + static_cast<std::ptrdiff_t>(window_.index(first, r)), last - first,
+                  cells.begin() + static_cast<std::ptrdiff_t>(window.index(first, r)));
+  cells_ = std::move(cells);
+  window_ = window;
+}
+
+void ObstacleMap::insert(const LaserScan& scan) {
+  expect_finite("poses", scan.poses, 3 * scan.n);
+  // Beams first come through, then end: what they end at is not let fade by their own neighbours.
+  for (std::size_t i = 0; i < scan.n; ++i) {
+    const double range = static_cast<double>(scan.ranges[i]);
+    if (std::isnan(range) || range < scan.range_min) continue;
+    const double free = std::min({kFollowed, range - kBeforeHit, scan.range_max});
+    const double angle =
+        scan.poses[3 * i + 2] + scan.angle_min + scan.angle_increment * static_cast<double>(i);
+    trace(scan.poses[3 * i], scan.poses[3 * i + 1], std::cos(angle), std::sin(angle), free);
+  }
+  for (std::size_t i = 0; i < scan.n; ++i) {
+    double range = static_cast<double>(scan.ranges[i]);
+    if (std::isnan(range) || range == std::numeric_limits<double>::infinity() || range > scan.range_max)
+      continue;
+    range = std::max(range, scan.range_min);  // nearer than that is as near as that
+    const double angle =
+        scan.poses[3 * i + 2] + scan.angle_min + scan.angle_increment * static_cast<double>(i);
+    hit(scan.poses[3 * i] + range * std::cos(angle), scan.poses[3 * i + 1] + range * std::sin(angle));
+  }
+}
+
+void ObstacleMap::hit(double x, double y) {
+  const std::int32_t c = column_of(x), r = column_of(y);
+  if (!window_.holds(c, r)) return;
+  Cell& cell = cells_[window_.index(c, r)];
+  if (cell.evidence == 0) cell.points = 0;
+  cell.points = static_cast<std::uint8_t>(std::min<int>(cell.points + 1, kMeanOf));
+  const float share = 1.0f / static_cast<float>(cell.points);
+  cell.x += share * (static_cast<float>(x) - cell.x);
+  cell.y += share * (static_cast<float>(y) - cell.y);
+  cell.evidence = static_cast<std::uint8_t>(std::min<int>(cell.evidence + kHit, kStrongest));
+  cell.seen = 1;
+}
+
+// From cell to cell along a beam.
+void ObstacleMap::trace(double x, double y, double dx, double dy, double length) {
+  std::int32_t c = column_of(x), r = column_of(y);
+  const std::int32_t step_c = dx > 0.0 ? 1 : -1, step_r = dy > 0.0 ? 1 : -1;
+  const double never = std::numeric_limits<double>::infinity();
+  const double per_c = dx == 0.0 ? never : cell_ / std::abs(dx),
+               per_r = dy == 0.0 ? never : cell_ / std::abs(dy);
+  double next_c = dx == 0.0 ? never : ((c + (dx > 0.0)) * cell_ - x) / dx;
+  double next_r = dy == 0.0 ? never : ((r + (dy > 0.0)) * cell_ - y) / dy;
+  for (double t = 0.0; t < length;) {
+    if (window_.holds(c, r)) {
+      Cell& cell = cells_[window_.index(c, r)];
+      cell.seen = 1;
+      if (cell.evidence > 0) {
+        const double px = static_cast<double>(cell.x) - x, py = static_cast<double>(cell.y) - y;
+        const double along = px * dx + py * dy;
+        if (std::abs(px * dy - py * dx) <= kThrough && along > 0.0 && along < length) --cell.evidence;
+      }
+    }
+    if (next_c < next_r) {
+      t = next_c;
+      next_c += per_c;
+      c += step_c;
+    } else {
+      t = next_r;
+      next_r += per_r;
+      r += step_r;
+    }
+  }
+}
+
+template <typename Visit>
+void ObstacleMap::for_cells_near(double x, double y, double reach, Visit&& visit) const {
+  const std::int32_t first = std::max(column_of(x - reach), window_.column);
+  const std::int32_t last = std::min(column_of(x + reach), window_.column + window_.columns - 1);
+  const std::int32_t bottom = std::max(column_of(y - reach), window_.row);
+  const std::int32_t top = std::min(column_of(y + reach), window_.row + window_.rows - 1);
+  for (std::int32_t r = bottom; r <= top; ++r)
+    for (std::int32_t c = first; c <= last; ++c) visit(window_.index(c, r), c, r);
+}
+
+void ObstacleMap::stand(const Footprint& footprint, const Pose& pose, double inset) {
+  const double cosine = std::cos(pose.theta), sine = std::sin(pose.theta);
+  const auto gap = [&](double x, double y) {
+    const double dx = x - pose.x, dy = y - pose.y;
+    return footprint.gap(cosine * dx + sine * dy, cosine * dy - sine * dx);
+  };
+  for_cells_near(
+      pose.x, pose.y, footprint.circumscribed(), [&](std::size_t i, std::int32_t c, std::int32_t r) {
+        Cell& cell = cells_[i];
+        if (gap((c + 0.5) * cell_, (r + 0.5) * cell_) < 0.0) cell.seen = 1;
+        if (cell.evidence > 0 && gap(static_cast<double>(cell.x), static_cast<double>(cell.y)) < -inset)
+          cell.evidence = 0;
+      });
+}
+
+void ObstacleMap::clear() {
+  std::fill(cells_.begin(), cells_.end(), Cell{});
+}
+
+void ObstacleMap::points_near(double x, double y, double reach, std::vector<double>& points) const {
+  for_cells_near(x, y, reach, [&](std::size_t i, std::int32_t, std::int32_t) {
+    const Cell& cell = cells_[i];
+    if (cell.evidence == 0) return;
+    points.push_back(static_cast<double>(cell.x));
+    points.push_back(static_cast<double>(cell.y));
+  });
+}
+
+bool ObstacleMap::seen(double x, double y) const {
+  const std::int32_t c = column_of(x), r = column_of(y);
+  return window_.holds(c, r) && cells_[window_.index(c, r)].seen;
+}
+
+}  // namespace edgefusion
