@@ -9,6 +9,7 @@ from typing import Literal
 
 import msgspec
 
+from edgefusion.config.mission import MissionConfig
 from edgefusion.config.navigation import BaseConfig, KhatibConfig, NavigationConfig
 from edgefusion.config.perception import USUAL_HEIGHTS, HeightRule, Heights, PerceptionConfig, SyncConfig
 from edgefusion.config.strict import convert, read_toml
@@ -20,6 +21,7 @@ __all__ = [
     "HeightRule",
     "Heights",
     "KhatibConfig",
+    "MissionConfig",
     "NavigationConfig",
     "PerceptionConfig",
     "SyncConfig",
@@ -37,6 +39,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     sync: SyncConfig = SyncConfig()
     base: BaseConfig = BaseConfig()
     navigation: NavigationConfig = NavigationConfig()
+    mission: MissionConfig = MissionConfig()
 
 
 def load_config(path: Path | None) -> Config:
