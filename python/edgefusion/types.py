@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import NamedTuple, Tuple, TypeVar
 
 import numpy as np
@@ -151,6 +152,30 @@ class Goal:
         for name in ("position_tolerance_m", "heading_tolerance"):
             if not 0 < getattr(self, name) < math.inf:
                 raise ValueError(f"{name}: expected a finite number above 0, got {getattr(self, name)}")
+
+
+class HealthState(str, Enum):
+    """STARTING: not ready yet, as at boot. DEGRADED: works, but not as well as it should."""
+
+    OK = "ok"
+    STARTING = "starting"
+    DEGRADED = "degraded"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class Health:
+    """How a component is, and why, in the words that log and viewer show: only one that is well needs no reason."""
+
+    component: str
+    state: HealthState
+    reason: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.component:
+            raise ValueError("component: expected a name, got none")
+        if self.state is not HealthState.OK and not self.reason:
+            raise ValueError(f"reason: expected why {self.component} is {self.state.value}, got none")
 
 
 STILL = Pose2D()

@@ -12,6 +12,7 @@ import msgspec
 from edgefusion.config.mission import MissionConfig
 from edgefusion.config.navigation import BaseConfig, KhatibConfig, NavigationConfig
 from edgefusion.config.perception import USUAL_HEIGHTS, HeightRule, Heights, PerceptionConfig, SyncConfig
+from edgefusion.config.safety import SafetyConfig
 from edgefusion.config.strict import convert, read_toml
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "MissionConfig",
     "NavigationConfig",
     "PerceptionConfig",
+    "SafetyConfig",
     "SyncConfig",
     "convert",
     "load_config",
@@ -39,6 +41,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     sync: SyncConfig = SyncConfig()
     base: BaseConfig = BaseConfig()
     navigation: NavigationConfig = NavigationConfig()
+    safety: SafetyConfig = SafetyConfig()
     mission: MissionConfig = MissionConfig()
 
 

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Settings of the safety gate: how old what may be, and whose failure stops the robot for how long."""
+
+from __future__ import annotations
+
+import sys
+from typing import Tuple
+
+import msgspec
+
+from edgefusion.config.strict import Seconds, UpTo10, check_fields
+from edgefusion.errors import RefusedError
+
+if sys.version_info >= (3, 9):
+    from typing import Annotated
+else:
+    from typing_extensions import Annotated
+
+Component = Annotated[str, msgspec.Meta(min_length=1, max_length=64)]
+Components = Annotated[Tuple[Component, ...], msgspec.Meta(max_length=32)]
+
+
+class SafetyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What the safety gate lets through. Ages count from capture; a command's from when it was computed."""
+
+    # A 38400-baud laser needs 0.75 s, one at 500 kbaud 0.2 s.
+    max_scan_age_s: Seconds = 0.75
+    # 2.5 of the robot's 100 ms cycles.
+    max_odometry_age_s: Seconds = 0.25
+    # Older ones are only noted: obstacles are avoided by the laser.
+    max_detections_age_s: Seconds = 1.5
+    max_command_age_s: Seconds = 0.3
+    # So many fresh scans in a row let the robot go again.
+    good_scans: Annotated[int, msgspec.Meta(ge=1, le=100)] = 5
+    # The period of the gate's steps, and the longest that is no reason to stop.
+    cycle_s: Seconds = 0.05
+    max_cycle_s: Seconds = 0.2
+    # From where its newest scan was taken, the robot can always stop within this: the older the scan, the slower.
+    stopping_room_m: UpTo10 = 0.75
+    # Components that must report before anything moves; whose failure lasts until an operator resumes; and whose
+    # failure is only noted. Any other's failure stops for as long as it lasts.
+    required: Components = ("robot", "laser")
+    latching: Components = ("robot",)
+    optional: Components = ("camera", "vision")
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.max_cycle_s <= self.cycle_s:
+            raise RefusedError(f"max_cycle_s: expected more than cycle_s, {self.cycle_s:g}, got {self.max_cycle_s:g}")
+        both = sorted(set(self.optional) & {*self.required, *self.latching})
+        if both:
+            raise RefusedError(f"optional: expected none that is required or latching, got {', '.join(both)}")
