@@ -44,6 +44,12 @@ class PoseHistory:
         share = (stamp_ns - start_ns) / (end_ns - start_ns)
         return _between(self._poses[after - 1], self._poses[after], share)
 
+    def near(self, stamp_ns: int, slack_ns: int) -> Pose2D | None:
+        """The pose at a time, that of the first or last stamp up to so long before or after it; None for any other."""
+        if not self._stamps_ns or not self._stamps_ns[0] - slack_ns <= stamp_ns <= self._stamps_ns[-1] + slack_ns:
+            return None
+        return self.at(min(max(stamp_ns, self._stamps_ns[0]), self._stamps_ns[-1]))
+
 
 def _between(a: Pose2D, b: Pose2D, share: float) -> Pose2D:
     """On the straight line, turning the short way."""

@@ -69,6 +69,8 @@ class NavigationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     margin_m: Annotated[float, msgspec.Meta(ge=0, le=0.5)] = 0.02
     # Ways that come nearer to obstacles than this, beyond the hull's inscribed circle, are longer than they are.
     comfort_m: UpTo10 = 0.5
+    # Right beside an obstacle a metre counts as 1 + so many.
+    comfort_weight: UpTo100 = 4.0
     # Scans older than this are not driven by.
     max_scan_age_s: Seconds = 0.75
     # Without coming nearer to the goal for so long, it counts as out of reach.

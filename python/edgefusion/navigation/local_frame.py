@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""A frame in which the robot never jumps: what was seen stays where it is around the robot when its odometry jumps."""
+
+from __future__ import annotations
+
+import math
+
+from edgefusion.config import BaseConfig
+from edgefusion.types import STILL, Pose2D, Twist2D
+
+# What odometry may differ by from what the base can do, before it counts as a jump.
+_PLACE_M, _TURN = 0.08, math.radians(10)
+_FASTER = 2.0
+
+
+class LocalFrame:
+    """Equals `odom` until the odometry jumps. jumps: how often it has."""
+
+    def __init__(self, base: BaseConfig) -> None:
+        self._base = base
+        self._odom_in_local = STILL
+        self._pose: Pose2D | None = None
+        self.jumps = 0
+
+    def enter(self, odometry: Pose2D, dt_s: float, twist: Twist2D) -> Pose2D:
+        """The robot's pose in this frame, dt_s after the last one. twist: how fast it was since, as far as is known:
+        across a jump it is carried on with that."""
+        pose = self._odom_in_local.compose(odometry)
+        if self._pose is not None and self._jumped(pose.relative_to(self._pose), dt_s):
+            self.jumps += 1
+            pose = self._pose.compose(twist.motion(dt_s))
+            self._odom_in_local = pose.compose(STILL.relative_to(odometry))
+        self._pose = pose
+        return pose
+
+    def place(self, in_odom: Pose2D) -> Pose2D:
+        """A pose of `odom` in this frame."""
+        return self._odom_in_local.compose(in_odom)
+
+    def _jumped(self, motion: Pose2D, dt_s: float) -> bool:
+        way_m = math.hypot(motion.x_m, motion.y_m)
+        return (
+            way_m > _FASTER * self._base.max_speed_mps * dt_s + _PLACE_M
+            or abs(motion.theta) > _FASTER * self._base.max_yaw_rate_radps * dt_s + _TURN
+        )

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""What is around the robot: scans, placed with the odometry at the time of each beam, on the map of what was seen."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from edgefusion._core import Footprint, Guard, ObstacleMap
+from edgefusion.config import BaseConfig, NavigationConfig
+from edgefusion.navigation.drive_model import Motion
+from edgefusion.pose_history import PoseHistory
+from edgefusion.types import Pose2D, Scan
+
+Floats = npt.NDArray[np.float64]
+
+_INSET_M = 0.02
+"""What seems to be so deep inside the hull where the robot stands has gone, or never was there."""
+
+_NOTHING: Floats = np.zeros((0, 4))
+_NS_PER_S = 1e9
+
+
+class Surroundings:
+    """map, in the local frame; guard, which has looked at what is near; points [n, 2]: the newest scan's, there."""
+
+    def __init__(self, navigation: NavigationConfig, base: BaseConfig) -> None:
+        self._laser = Pose2D(*base.laser_pose)
+        self._history = PoseHistory()
+        self._scan_ns: int | None = None
+        self.footprint = Footprint(base.footprint_m)
+        self.map = ObstacleMap(navigation.cell_m)
+        ramps = base.acceleration_mps2, base.yaw_acceleration_radps2
+        self.guard = Guard(self.footprint, *ramps, navigation.margin_m)
+        braking_m = base.max_speed_mps**2 / (2 * base.acceleration_mps2)
+        self._reach_m = self.footprint.circumscribed_m + braking_m + base.max_speed_mps * 0.5 + 0.3
+        self.points: Floats = np.zeros((0, 2))
+
+    def stand(self, stamp_ns: int, pose: Pose2D, goal: Pose2D) -> None:
+        """The robot is here now, and on its way there."""
+        self._history.add(stamp_ns, pose)
+        self.map.cover(pose.x_m, pose.y_m, goal.x_m, goal.y_m)
+        self.map.stand(self.footprint, (pose.x_m, pose.y_m, pose.theta), _INSET_M)
+
+    def see(self, scan: Scan) -> bool:
+        """Puts a scan on the map; False for one that is there already, or of a time when the pose was not known."""
+        if self._scan_ns is not None and scan.stamp_ns <= self._scan_ns:
+            return False
+        poses = self._laser_poses(scan)
+        if poses is None:
+            return False
+        self._scan_ns = scan.stamp_ns
+        range_max_m = min(scan.range_max_m, 1e6)
+        self.map.insert(
+            poses, scan.ranges_m, scan.angle_min, scan.angle_increment, scan.range_min_m, range_max_m
+        )
+        self.points = _ends(poses, scan)
+        return True
+
+    def look(self, motion: Motion, rear_points_m: npt.ArrayLike | None) -> None:
+        """The guard looks about where the next command takes effect. rear_points_m [k, 2]: what the rear sonar sees,
+        in base_link; it is not remembered."""
+        moving = _NOTHING
+        if rear_points_m is not None:
+            moving = _standing(np.asarray(rear_points_m, float).reshape(-1, 2), motion)
+        self.guard.look(self.map, motion[0], motion[1], self._reach_m, moving)
+
+    def _laser_poses(self, scan: Scan) -> Floats | None:
+        """Of every beam, (x, y, theta); the robot is taken to move evenly from the first to the last of them."""
+        dt_ns = scan.beam_dt_ns
+        first_ns, last_ns = (0, 0) if dt_ns is None or not len(dt_ns) else (int(dt_ns.min()), int(dt_ns.max()))
+        begin, end = (self._pose_at(scan.stamp_ns + ns) for ns in (first_ns, last_ns))
+        if begin is None or end is None:
+            return None
+        n = len(scan.ranges_m)
+        share = np.zeros(n) if last_ns == first_ns else (dt_ns - first_ns) / (last_ns - first_ns)
+        a, b = begin.compose(self._laser), end.compose(self._laser)
+        turn = math.remainder(b.theta - a.theta, 2 * math.pi)
+        change = np.array([b.x_m - a.x_m, b.y_m - a.y_m, turn])
+        return np.asarray(np.array([a.x_m, a.y_m, a.theta]) + share[:, None] * change)
+
+    def _pose_at(self, stamp_ns: int) -> Pose2D | None:
+        return self._history.near(stamp_ns, _EDGE_NS)
+
+
+_EDGE_NS = 60_000_000
+"""A beam may be measured so much before the first pose, or after the newest, and is placed with that."""
+
+
+def _ends(poses: Floats, scan: Scan) -> Floats:
+    """Where the beams ended that met something [n, 2]."""
+    hit = np.isfinite(scan.ranges_m)
+    angles = poses[hit, 2] + scan.angles[hit]
+    return np.asarray(poses[hit, :2] + scan.ranges_m[hit, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+def _standing(points_m: Floats, motion: Motion) -> Floats:
+    """Points of base_link in the local frame, as (x, y, vx, vy) that does not move."""
+    c, s = math.cos(motion[2]), math.sin(motion[2])
+    placed = points_m @ np.array([[c, s], [-s, c]]) + motion[:2]
+    return np.hstack([placed, np.zeros_like(placed)])
