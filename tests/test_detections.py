@@ -8,7 +8,7 @@ import json
 
 import numpy as np
 
-from edgefusion.recording.detections import to_json_line
+from edgefusion.recording.detections import to_json_line, with_whole_vote
 from edgefusion.types import ClassScore, Cluster, Detection, Pose2D, Vote
 
 SCORES = tuple(ClassScore(i, f"label {i}", round(0.5 - 0.05 * i, 3)) for i in range(7))
@@ -65,3 +65,15 @@ def test_a_line_holds_every_field_of_its_detection() -> None:
 def test_the_winner_is_no_runner_up() -> None:
     runners_up = json.loads(to_json_line(0, DETECTION))["runners_up"]
     assert DETECTION.vote.winner.label not in [each["label"] for each in runners_up]
+
+
+def test_the_whole_vote_is_kept_where_it_is_asked_for() -> None:
+    record = json.loads(json.dumps(with_whole_vote(DETECTION)))
+    line = json.loads(to_json_line(0, DETECTION))
+    assert record.pop("vote") == {
+        "ranking": plain(SCORES),
+        "box_index": 1,
+        "margin": 0.05,
+        "top5": [plain(SCORES[1:6]), plain(SCORES[:5])],
+    }
+    assert record == {name: line[name] for name in line if name not in ("frame", "runners_up", "top5")}

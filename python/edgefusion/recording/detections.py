@@ -17,9 +17,35 @@ def to_json_line(frame: int, detection: Detection) -> bytes:
 
 
 def as_record(frame: int, detection: Detection) -> dict[str, Any]:
-    """The fields of a detection as plain values; units and frames as in `Detection`."""
+    """The fields of a detection in frame number `frame` as plain values; of its vote, the best of all and of each
+    box."""
     return {
         "frame": frame,
+        **_plain_fields(detection),
+        "runners_up": [_score(score) for score in detection.vote.ranking[1:5]],
+        "boxes": detection.boxes,
+        "top5": [[_score(score) for score in box] for box in detection.vote.top5],
+    }
+
+
+def with_whole_vote(detection: Detection) -> dict[str, Any]:
+    """The fields of a detection as plain values, and all of its vote."""
+    vote = detection.vote
+    return {
+        **_plain_fields(detection),
+        "boxes": detection.boxes,
+        "vote": {
+            "ranking": [_score(score) for score in vote.ranking],
+            "box_index": vote.box_index,
+            "margin": _rounded(vote.margin),
+            "top5": [[_score(score) for score in box] for box in vote.top5],
+        },
+    }
+
+
+def _plain_fields(detection: Detection) -> dict[str, Any]:
+    """What a detection is beside its vote; units and frames as in `Detection`."""
+    return {
         "stamp_ns": detection.stamp_ns,
         "label": detection.label,
         "group": detection.group,
@@ -34,9 +60,6 @@ def as_record(frame: int, detection: Detection) -> dict[str, Any]:
         "scan_frame_dt_ns": detection.scan_frame_dt_ns,
         "motion": [detection.motion.x_m, detection.motion.y_m, detection.motion.theta],
         "motion_px": _rounded(detection.motion_px),
-        "runners_up": [_score(score) for score in detection.vote.ranking[1:5]],
-        "boxes": detection.boxes,
-        "top5": [[_score(score) for score in box] for box in detection.vote.top5],
     }
 
 
