@@ -9,19 +9,16 @@ from dataclasses import dataclass, field, replace
 from itertools import permutations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, rule
 
 from edgefusion.config import BaseConfig, SafetyConfig
 from edgefusion.errors import RefusedError
 from edgefusion.navigation.braking import stoppable_speed
-from edgefusion.navigation.deadman import Deadman, DeadmanState
 from edgefusion.navigation.safety import Action, Decision, SafetyGate, Stamps, judge_health, permitted_speed_mps
 from edgefusion.types import Health, HealthState, Twist2D
 
 MS = 1_000_000
-CYCLE_NS = 50 * MS
 BASE, SAFETY = BaseConfig(), SafetyConfig()
 OK, STARTING, DEGRADED, FAILED = HealthState
 WELL = (Health("robot", OK), Health("laser", OK))
@@ -299,32 +296,6 @@ def test_the_worst_action_wins_in_whatever_order_the_reports_come() -> None:
         assert len(actions) == 5
 
 
-def test_a_deadman_is_armed_by_later_fresh_stamps_only() -> None:
-    deadman = Deadman("scan", 100, needed=2)
-    assert deadman.state is DeadmanState.NEEDS_FEED
-    for now, stamp, state in [
-        (1000, 950, DeadmanState.NEEDS_FEED),
-        (1000, 950, DeadmanState.NEEDS_FEED),
-        (1000, 940, DeadmanState.NEEDS_FEED),
-        (1050, 950, DeadmanState.NEEDS_FEED),
-        (1050, 960, DeadmanState.ARMED),
-        (1060, 960, DeadmanState.ARMED),
-        (1061, 960, DeadmanState.NEEDS_FEED),
-        (1062, 1061, DeadmanState.NEEDS_FEED),
-        (1063, 1062, DeadmanState.ARMED),
-        (1063, 1064, DeadmanState.NEEDS_FEED),
-    ]:
-        fault = deadman.step(now, stamp)
-        assert deadman.state is state
-        assert (fault == "") is (state is DeadmanState.ARMED)
-
-
-@pytest.mark.parametrize("bad", [(0, 1), (-5, 1), (100, 0)])
-def test_a_deadman_that_could_never_or_always_be_armed_is_refused(bad: tuple[int, int]) -> None:
-    with pytest.raises(RefusedError, match="scan: expected a positive age limit and count"):
-        Deadman("scan", *bad)
-
-
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
@@ -346,93 +317,3 @@ def test_health_names_its_component_and_says_why_it_is_not_well() -> None:
     with pytest.raises(ValueError, match="component: expected a name"):
         Health("", OK)
     assert judge_health((replace(WELL[0], reason="fine"), WELL[1]), SAFETY) == []
-
-
-class AnyDay(RuleBasedStateMachine):
-    """Whatever comes in whatever order, each step held against a plain account of what the gate was told."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.gate, self.now_ns = SafetyGate(SAFETY, BASE), 0
-        self.stamps: dict[str, int | None] = dict.fromkeys(Stamps._fields)
-        self.reports = {well.component: well for well in WELL}
-        self.latched = False
-        self.scans: set[int] = set()  # fresh ones since the last reason to distrust them
-        self.command = GO
-
-    @rule(source=st.sampled_from(Stamps._fields), age_ms=st.integers(-300, 1000))
-    def something_comes(self, source: str, age_ms: int) -> None:
-        self.stamps[source] = self.now_ns - age_ms * MS
-
-    @rule(v=st.floats(-2, 2), w=st.floats(-3, 3))
-    def another_command(self, v: float, w: float) -> None:
-        self.command = Twist2D(v, w)
-
-    @rule(component=st.sampled_from(["robot", "laser", "camera", "bus"]), state=st.sampled_from(HealthState))
-    def a_component_reports(self, component: str, state: HealthState) -> None:
-        self.reports[component] = Health(component, state, "" if state is OK else "as it is")
-
-    @rule()
-    def the_operator_stops(self) -> None:
-        self.gate.stop("operator: stop")
-        self.latched = True
-
-    @rule()
-    def the_operator_resumes(self) -> None:
-        if self.latched:
-            self.scans = set()
-        self.gate.resume()
-        self.latched = False
-
-    @rule(after_ms=st.integers(0, 400))
-    def time_passes(self, after_ms: int) -> None:
-        self.step(after_ms)
-
-    @rule(n=st.integers(1, 12))
-    def all_is_well_for_a_while(self, n: int) -> None:
-        self.reports = {well.component: well for well in WELL}
-        for _ in range(n):
-            self.stamps = dict.fromkeys(Stamps._fields, self.now_ns + 40 * MS)
-            decision = self.step(50)
-        if n >= SAFETY.good_scans and not self.latched:
-            assert decision.action in (Action.RUN, Action.CAP)
-
-    def step(self, after_ms: int) -> Decision:
-        self.now_ns += after_ms * MS
-        decision = self.gate.step(self.now_ns, tuple(self.reports.values()), Stamps(**self.stamps), self.command)
-        self.latched |= self.reports["robot"].state is FAILED
-        if after_ms > 200 or not self.is_fresh("scan_ns", 750):
-            self.scans = set()
-        if self.is_fresh("scan_ns", 750):
-            self.scans.add(self.stamps["scan_ns"])
-        assert (decision.action is Action.STOP_LATCHED) is self.latched
-        assert decision.action is max((finding.action for finding in decision.findings), default=Action.RUN)
-        if decision.action >= Action.STOP:
-            assert decision.twist == STILL
-        else:
-            self.check_that_it_may_move(after_ms)
-            self.check_speed(decision)
-        return decision
-
-    def check_that_it_may_move(self, after_ms: int) -> None:
-        assert after_ms <= 200
-        assert len(self.scans) >= SAFETY.good_scans
-        assert self.is_fresh("odometry_ns", 250)
-        assert self.is_fresh("command_ns", 300)
-        for component in self.reports.keys() - {"camera"}:
-            assert self.reports[component].state in (OK, DEGRADED)
-
-    def check_speed(self, decision: Decision) -> None:
-        v_mps, w_radps = decision.twist.v_mps, decision.twist.w_radps
-        assert abs(v_mps) <= BASE.max_speed_mps * (1 + 1e-9)
-        assert abs(w_radps) <= BASE.max_yaw_rate_radps * (1 + 1e-9)
-        assert v_mps * self.command.w_radps == pytest.approx(w_radps * self.command.v_mps)
-        assert (decision.action is Action.RUN) is (decision.twist == self.command)
-
-    def is_fresh(self, source: str, limit_ms: int) -> bool:
-        stamp_ns = self.stamps[source]
-        return stamp_ns is not None and 0 <= self.now_ns - stamp_ns <= limit_ms * MS
-
-
-TestAnyDay = AnyDay.TestCase
-TestAnyDay.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)
