@@ -69,7 +69,7 @@ def cells(row: Record) -> list[str]:
         f"{row['beams']} over {row['field_of_view_deg']} deg",
         str(row["worlds"]),
         *(f"{100 * row[name]:.1f} %" for name in ("success", "collision", "stuck")),
-        f"{row['time_mean_s']:.1f} / {row['time_median_s']:.1f} s",
+        f"{row['time_mean_s']:.1f} / {row['time_median_s']:.1f} s" if row["success"] else "-",
         f"{1000 * row['clearance_least_m']:.0f} / {1000 * row['clearance_median_m']:.0f} mm",
         f"{row['score']:.4f}",
     ]
