@@ -27,7 +27,7 @@ EXAMPLES = """examples:
   python -m benchmarks.run --quick
   python -m benchmarks.run --only crops frame --out out/crops"""
 
-PEERS = ("numpy", "onnxruntime", "opencv-python-headless", "scikit-learn", "dbscan", "pillow")
+PEERS = ("numpy", "onnxruntime", "opencv-python-headless", "scikit-learn", "scipy", "dbscan", "pillow")
 
 Record = Mapping[str, Any]
 """A row of the table as plain values; `said` in the place of numbers where there are none."""
@@ -46,6 +46,7 @@ PARTS = {
     "crops": Part("bench_crops", {"rounds": 10}),
     "frame": Part("bench_frame", {"rounds": 3}),
     "raycast": Part("bench_raycast", {"rounds": 5}),
+    "navigation": Part("bench_navigation", {"rounds": 3}),
     "detect": Part("bench_detect", {"rounds": 1, "frames": 5}),
 }
 
