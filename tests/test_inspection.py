@@ -14,6 +14,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.navigation.inspection_result import PictureAnswer
 from edgefusion.navigation.mission import Mission
 from edgefusion.navigation.mission_step import MissionState
+from edgefusion.navigation.progress import State
 from edgefusion.types import Goal, Pose2D, Twist2D
 from mission_scenes import (
     DETECTION,
@@ -208,6 +209,8 @@ def test_a_robot_that_does_not_come_to_rest_is_inspected_from_after_a_while_and_
         stamp_ns, pose = tick * TICK_NS, Pose2D(-0.005 * tick, 0)
         result = mission.step(stamp_ns, None, pose, [seen(SCOPE, pose, stamp_ns)]).result or result
     assert result is not None
+    assert result.stood_ns is not None
+    assert result.pose.x_m == pytest.approx(-0.005 * result.stood_ns / TICK_NS)
     assert result.note == (
         "does not come to rest while braking; does not face it: goal enclosed; does not come to rest while settling"
     )
@@ -238,6 +241,14 @@ def test_two_oscilloscopes_apart_are_two_objects_and_each_is_inspected() -> None
     assert len({result.id for result in results(rows)}) == 2
 
 
+def test_what_comes_into_view_in_turning_to_another_object_is_inspected_next_without_driving_on() -> None:
+    rows = drive_by(Thing(3.0, 1.4), Thing(2.7, 2.6)).run(90, arrived)
+    assert states(rows) == ["driving", "inspecting", "driving", "arrived"]
+    assert [result.place_m for result in results(rows)] == [
+        pytest.approx((3.0, 1.4), abs=0.01), pytest.approx((2.7, 2.6), abs=0.01),
+    ]  # fmt: skip
+
+
 def test_an_object_is_not_visited_again_on_the_way_back() -> None:
     scene = drive_by(SCOPE)
     scene.run(60, arrived)
@@ -256,12 +267,15 @@ def test_what_was_seen_while_idle_is_inspected_when_it_is_seen_on_the_way() -> N
 
 def test_what_comes_into_view_only_at_the_last_goal_is_inspected_before_arrival_is_said() -> None:
     """It sees the object when it has turned as the goal asks; the detections come when it stands there already."""
-    goal, thing = Goal("turned", Pose2D(2, 0, math.pi / 2)), Thing(2.0, 2.0)
+    goal, thing = Goal("turned", Pose2D(2, 0, math.pi / 2)), Thing(1.12, 1.8)
     scene = Scene(Mission(SETTINGS, OpenGround()), [thing])
     scene.mission.goto([goal])
     rows = scene.run(90, arrived)
     assert states(rows) == ["driving", "inspecting", "driving", "arrived"]
     assert len(results(rows)) == 1
+    back = rows[max(i for i, row in enumerate(rows) if inspecting(row.step)) + 1 :]
+    there = [row.stamp_ns for row in back if row.step.progress and row.step.progress.state is State.ARRIVED]
+    assert there[-1] - there[0] == round(SETTINGS.last_look_s * 1e9)
     assert abs(scene.base.pose.theta - goal.pose.theta) < 2 * goal.heading_tolerance
 
 

@@ -38,6 +38,17 @@ def test_without_a_goal_it_is_idle_and_stands() -> None:
     assert {row.step.twist for row in rows} == {Twist2D()}
 
 
+def test_told_to_stand_it_stands_whatever_the_navigator_would_do() -> None:
+    class Restless(OpenGround):
+        def step(self, *args):
+            return Twist2D(0.1, 0.1), super().step(*args)[1]
+
+    drive = scene(navigator=Restless())
+    drive.mission.goto([AHEAD])
+    drive.mission.stop("operator")
+    assert {row.step.twist for row in drive.run(1)} == {Twist2D()}
+
+
 def test_it_drives_to_its_goals_in_their_order() -> None:
     drive = scene()
     drive.mission.goto([AHEAD, LEFT])

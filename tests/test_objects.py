@@ -102,6 +102,24 @@ def test_objects_whose_places_turn_out_to_be_one_become_the_first_of_them() -> N
     assert second is not found
 
 
+def test_what_was_known_of_either_is_known_of_both_when_they_become_one() -> None:
+    objects = KnownObjects(SETTINGS)
+    first = sight(objects, 10_000, y_m=0.0)
+    for stamp_ms in (0, 200, 400):
+        second = sight(objects, stamp_ms, y_m=0.65)
+    second.due = second.visited = True
+    assert not first.confirmed
+    assert sight(objects, 600, y_m=0.4) is first
+    assert first.confirmed and first.due and first.visited
+
+
+def test_the_best_of_its_sightings_stands_for_an_object() -> None:
+    objects = KnownObjects(SETTINGS)
+    for i, score in enumerate((0.5, 0.8, 0.6)):
+        found = objects.add(replace(DETECTION, stamp_ns=i, score=score), (2.0, 0.0))
+    assert found.best.score == 0.8
+
+
 def test_another_label_in_the_same_place_is_another_object() -> None:
     objects = KnownObjects(SETTINGS)
     sight(objects, 0)

@@ -17,6 +17,9 @@ from edgefusion.navigation.progress import Progress, State
 from edgefusion.navigation.sightings import Sightings
 from edgefusion.types import Detection, Goal, Pose2D, Scan, Twist2D
 
+BRAKING_WAY_M = 5.0
+"""Told to stand, the robot is where it shall be as far as it may roll: the navigator has nothing to drive back to."""
+
 
 class Navigator(Protocol):
     """Drives to one goal; another goal.id than the last call's begins a new one."""
@@ -39,6 +42,7 @@ class Mission:
         self._there_ns: int | None = None  # since when it is at the last goal
         self._inspection: Inspection | None = None
         self._inspections = 0
+        self._halt: Goal | None = None  # where it is told to stand
         self._result: InspectionResult | None = None  # to be answered by the next step
         self.state, self.reason = MissionState.IDLE, ""
         self.refused_answers = 0
@@ -113,7 +117,7 @@ class Mission:
 
     def _drive(self, stamp_ns: int, scan: Scan | None, pose: Pose2D) -> MissionStep:
         """Towards the next goal."""
-        goal = self._goals[0]
+        goal, self._halt = self._goals[0], None
         # In another list the same id is another goal, which the navigator cannot know.
         twist, progress = self._navigator.step(stamp_ns, scan, pose, replace(goal, id=f"{goal.id}/{self._lists}"))
         if progress.state is State.BLOCKED:
@@ -137,7 +141,8 @@ class Mission:
         self, stamp_ns: int, scan: Scan | None, pose: Pose2D, request: PictureRequest | None = None, note: str = ""
     ) -> MissionStep:
         """Still; the navigator is told all the same, so that it goes on seeing what the laser sees."""
-        self._navigator.step(stamp_ns, scan, pose, Goal("mission/stand", pose, 1.0, math.pi))
+        self._halt = self._halt or Goal("mission/stand", pose, BRAKING_WAY_M, math.pi)
+        self._navigator.step(stamp_ns, scan, pose, self._halt)
         return self._answer(Twist2D(), self._goals[0] if self._goals else None, request=request, note=note)
 
     def _begin_inspection(self, stamp_ns: int, pose: Pose2D) -> None:
@@ -157,6 +162,7 @@ class Mission:
         note = f"{inspection.phase.value}: {inspection.label}"
         if inspection.goal is None:
             return self._stand(stamp_ns, scan, pose, request, note)
+        self._halt = None
         twist, progress = self._navigator.step(stamp_ns, scan, pose, inspection.goal)
         inspection.turned(stamp_ns, progress)
         return self._answer(twist, self._goals[0], progress, note=note)
