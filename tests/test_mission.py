@@ -32,6 +32,24 @@ def assert_at(pose: Pose2D, goal: Goal) -> None:
     assert abs(off.theta) < 2 * goal.heading_tolerance
 
 
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"interest": ("",)},
+        {"confirm_frames": 0},
+        {"same_place_m": 0.0},
+        {"facing_tolerance": 4.0},
+        {"stand_s": 61.0},
+        {"last_look_s": -1.0},
+        {"picture_s": math.inf},
+    ],
+)
+def test_settings_that_cannot_be_are_refused_by_name(bad) -> None:
+    (name,) = bad
+    with pytest.raises(RefusedError, match=f"{name}: "):
+        MissionConfig(**bad)
+
+
 def test_without_a_goal_it_is_idle_and_stands() -> None:
     rows = scene(SCOPE).run(3)
     assert states(rows) == ["idle"]
