@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "bindings_arguments.hpp"
 #include "edgefusion/footprint.hpp"
 #include "edgefusion/guard.hpp"
+#include "edgefusion/manoeuvre.hpp"
 #include "edgefusion/navigation_function.hpp"
 #include "edgefusion/obstacle_map.hpp"
 
@@ -76,6 +78,26 @@ Motion motion_of(const py::object& motion) {
   return {{m[0], m[1], m[2]}, m[3], m[4]};
 }
 
+// Either a value of the function or a pose is the target.
+void begin(Manoeuvre& manoeuvre, const ObstacleMap& map, const NavigationFunction& function,
+           const py::object& start, double margin, const py::object& others,
+           const std::optional<double>& value, const py::object& pose, double position_tolerance,
+           double heading_tolerance) {
+  const Array<double> rows = rows_of("others", others, 2);
+  if (value.has_value() == !pose.is_none()) refuse("value, pose: expected one of them, got both or none");
+  const ManoeuvreTarget target{value.value_or(0.0), !value, value ? Pose{0.0, 0.0, 0.0} : pose_of(pose),
+                               position_tolerance, heading_tolerance};
+  manoeuvre.begin(map, function, pose_of(start), margin, target, rows.data(),
+                  static_cast<std::size_t>(rows.shape(0)));
+}
+
+py::list legs_of(const Manoeuvre& manoeuvre) {
+  py::list legs;
+  for (const Leg& leg : manoeuvre.legs())
+    legs.append(py::make_tuple(leg.way, leg.turn, py::make_tuple(leg.end.x, leg.end.y, leg.end.theta)));
+  return legs;
+}
+
 py::tuple tuple_of(const Motion& m) {
   return py::make_tuple(m.pose.x, m.pose.y, m.pose.theta, m.v, m.w);
 }
@@ -101,6 +123,7 @@ void bind_navigation(py::module_& m) {
             map.stand(footprint, pose_of(pose), inset);
           },
           py::arg("footprint"), py::arg("pose"), py::arg("inset_m"))
+      .def("avoid", &ObstacleMap::avoid, py::arg("x_m"), py::arg("y_m"), py::arg("radius_m"))
       .def("clear", &ObstacleMap::clear)
       .def("points", &all_points)
       .def("seen", &ObstacleMap::seen, py::arg("x_m"), py::arg("y_m"))
@@ -133,10 +156,10 @@ void bind_navigation(py::module_& m) {
       .def("clearance", &NavigationFunction::clearance, py::arg("x_m"), py::arg("y_m"));
 
   py::class_<Guard>(m, "Guard")
-      .def(py::init([](const Footprint& footprint, double acceleration, double yaw_acceleration,
-                       double margin) { return Guard(footprint, {acceleration, yaw_acceleration}, margin); }),
-           py::arg("footprint"), py::arg("acceleration_mps2"), py::arg("yaw_acceleration_radps2"),
-           py::arg("margin_m"))
+      .def(py::init([](const Footprint& footprint, double acceleration, double yaw_acceleration) {
+             return Guard(footprint, {acceleration, yaw_acceleration});
+           }),
+           py::arg("footprint"), py::arg("acceleration_mps2"), py::arg("yaw_acceleration_radps2"))
       .def("look", &look, py::arg("map"), py::arg("x_m"), py::arg("y_m"), py::arg("reach_m"),
            py::arg("moving"))
       .def(
@@ -145,14 +168,25 @@ void bind_navigation(py::module_& m) {
       .def(
           "free",
           [](const Guard& guard, const ObstacleMap& map, const py::object& motion, double v, double w,
-             double hold) { return guard.free(map, motion_of(motion), {v, w}, hold); },
-          py::arg("map"), py::arg("motion"), py::arg("v_mps"), py::arg("w_radps"), py::arg("hold_s"))
+             double hold, double margin) { return guard.free(map, motion_of(motion), {v, w}, hold, margin); },
+          py::arg("map"), py::arg("motion"), py::arg("v_mps"), py::arg("w_radps"), py::arg("hold_s"),
+          py::arg("margin_m"))
       .def(
           "fits",
           [](const Guard& guard, const py::object& pose, double margin) {
             return guard.fits(pose_of(pose), margin);
           },
           py::arg("pose"), py::arg("margin_m"));
+
+  py::class_<Manoeuvre>(m, "Manoeuvre")
+      .def(py::init<const Footprint&>(), py::arg("footprint"))
+      .def("begin", &begin, py::arg("map"), py::arg("function"), py::arg("start"), py::arg("margin_m"),
+           py::arg("others"), py::arg("value_m") = py::none(), py::arg("pose") = py::none(),
+           py::arg("position_tolerance_m") = 0.05, py::arg("heading_tolerance") = 0.05)
+      .def("advance", &Manoeuvre::advance, py::arg("map"), py::arg("function"), py::arg("poses"),
+           py::call_guard<py::gil_scoped_release>())
+      .def_property_readonly("running", &Manoeuvre::running)
+      .def_property_readonly("legs", &legs_of);
 
   m.def(
       "followed",

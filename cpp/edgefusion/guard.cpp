@@ -39,10 +39,7 @@ Motion followed(const Motion& start, const Command& command, const Ramps& ramps,
   return m;
 }
 
-Guard::Guard(const Footprint& footprint, const Ramps& ramps, double margin)
-    : footprint_(footprint), ramps_(ramps), margin_(margin) {
-  if (!(margin >= 0.0 && std::isfinite(margin)))
-    refuse("margin: expected a finite number of at least 0, got ", margin);
+Guard::Guard(const Footprint& footprint, const Ramps& ramps) : footprint_(footprint), ramps_(ramps) {
   for (const auto& [name, value] :
        {std::pair{"acceleration", ramps.acceleration}, std::pair{"yaw_acceleration", ramps.yaw_acceleration}})
     if (!(value > 0.0 && std::isfinite(value)))
@@ -82,9 +79,9 @@ bool Guard::fits(const Pose& pose, double margin) const {
   return gap_at(pose, 0.0, margin) >= margin;
 }
 
-double Guard::needed(double gap) const {
-  if (gap >= margin_) return margin_;
-  return std::min(gap, std::max(gap - kGive, kLeastShare * margin_));
+double kept(double gap, double margin) {
+  if (gap >= margin) return margin;
+  return std::min(gap, std::max(gap - kGive, kLeastShare * margin));
 }
 
 // The ground under the edge of the hull that goes ahead: its middle, and half way to either side.
@@ -97,8 +94,9 @@ bool Guard::shown(const ObstacleMap& map, const Pose& pose, double ahead) const 
   return true;
 }
 
-bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& command, double hold) const {
-  const double least = needed(gap_at(start.pose, 0.0, margin_));
+bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& command, double hold,
+                 double margin) const {
+  const double least = kept(gap_at(start.pose, 0.0, margin), margin);
   Motion m = start;
   for (double time = 0.0;;) {
     const bool braking = time >= hold;
@@ -109,7 +107,7 @@ bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& com
     if (!braking) dt = std::min(dt, hold - time);
     m = followed(m, braking ? Command{0.0, 0.0} : command, ramps_, dt);
     time += dt;
-    if (gap_at(m.pose, time, margin_) < least) return false;
+    if (gap_at(m.pose, time, margin) < least) return false;
     if (m.v > kStill && !shown(map, m.pose, footprint_.front())) return false;
     if (m.v < -kStill && !shown(map, m.pose, footprint_.back())) return false;
   }

@@ -29,10 +29,8 @@ struct Ramps {
 /// Knows what is around the base now, and says which commands it can still be stopped after without touching it.
 class Guard {
  public:
-  /// margin: what is kept between the hull and any point [m].
-  ///
-  /// Throws std::invalid_argument for a margin that is not finite or below 0, and ramps not finite and above 0.
-  Guard(const Footprint& footprint, const Ramps& ramps, double margin);
+  /// Throws std::invalid_argument for ramps that are not finite and above 0.
+  Guard(const Footprint& footprint, const Ramps& ramps);
 
   /// What there is: the map's points within `reach` of the base, and others that move.
   ///
@@ -42,16 +40,14 @@ class Guard {
   /// From the hull to the nearest point [m], infinity where there is none within reach.
   double gap(const Pose& pose) const;
 
-  /// Whether a base that moves so can follow the command for `hold` seconds, then brake, and touch nothing meanwhile.
-  /// A base that is nearer than the margin already may go where it does not come nearer still. It goes forward only
-  /// where its nose, and back only where its tail, comes to ground that was seen.
-  bool free(const ObstacleMap& map, const Motion& start, const Command& command, double hold) const;
+  /// Whether a base that moves so can follow the command for `hold` seconds, then brake, and come no nearer than
+  /// `margin` to anything meanwhile. A base that is nearer already may go where it does not come nearer still. It goes
+  /// forward only where its nose, and back only where its tail, comes to ground that was seen.
+  bool free(const ObstacleMap& map, const Motion& start, const Command& command, double hold,
+            double margin) const;
 
   /// Whether the hull fits there, `margin` from all points; what moves is where it is now.
   bool fits(const Pose& pose, double margin) const;
-
-  const Footprint& footprint() const { return footprint_; }
-  double margin() const { return margin_; }
 
  private:
   struct Point {
@@ -59,13 +55,14 @@ class Guard {
   };
   double gap_at(const Pose& pose, double after, double beyond) const;
   bool shown(const ObstacleMap& map, const Pose& pose, double ahead) const;
-  double needed(double gap) const;
 
   Footprint footprint_;
   Ramps ramps_;
-  double margin_;
   std::vector<Point> points_;
 };
+
+/// What a base must keep free that now has so much room: the margin, or, where it is nearer already, hardly less.
+double kept(double gap, double margin);
 
 /// Where a base gets to that follows a command for some time, from the velocity that it has.
 Motion followed(const Motion& start, const Command& command, const Ramps& ramps, double duration);

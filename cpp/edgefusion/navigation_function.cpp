@@ -14,6 +14,8 @@ namespace {
 constexpr float kNever = std::numeric_limits<float>::infinity();
 // Of a cell near which nothing is.
 constexpr float kNoPoint = std::numeric_limits<float>::infinity();
+// What a metre costs more where the base failed once to get through.
+constexpr double kAvoided = 10.0;
 // The marching goes on so far behind the base, for the ways that it may take from there [m].
 constexpr float kBehindBase = 1.0f;
 
@@ -47,6 +49,7 @@ void NavigationFunction::restart(const ObstacleMap& map) {
   next_.values.assign(next_.window.size(), kNever);
   next_.nearest.resize(next_.window.size());
   settled_.assign(next_.window.size(), 0);
+  avoided_.resize(next_.window.size());
   heap_.clear();
   row_ = 0;
   stage_ = Stage::kDown;
@@ -87,6 +90,7 @@ std::size_t NavigationFunction::sweep_down(const ObstacleMap& map, std::size_t c
     const double y = middle(w.row + row_);
     for (std::size_t c = 0; c < columns; ++c) {
       const ObstacleMap::Cell& cell = map.at(first + c);
+      avoided_[first + c] = cell.avoided;
       next_.nearest[first + c] = cell.evidence > 0 ? Point{cell.x, cell.y} : Point{kNoPoint, kNoPoint};
     }
     for (std::size_t c = 0; c < columns; ++c) {
@@ -138,12 +142,13 @@ std::size_t NavigationFunction::sweep_up(std::size_t cells) {
 // Infinity where the base cannot be.
 float NavigationFunction::cost_at(std::size_t index, std::int32_t column, std::int32_t row) const {
   const Point& point = next_.nearest[index];
-  if (point.x == kNoPoint) return 1.0f;
+  const double failed = kAvoided * static_cast<double>(avoided_[index]);
+  if (point.x == kNoPoint) return static_cast<float>(1.0 + failed);
   const double apart =
       std::hypot(static_cast<double>(point.x) - middle(column), static_cast<double>(point.y) - middle(row));
   if (apart < cost_.blocked) return kNever;
   const double near = (cost_.comfort - apart) / (cost_.comfort - cost_.blocked);
-  return near <= 0.0 ? 1.0f : static_cast<float>(1.0 + cost_.weight * near * near);
+  return static_cast<float>(1.0 + failed + (near <= 0.0 ? 0.0 : cost_.weight * near * near));
 }
 
 void NavigationFunction::seed() {

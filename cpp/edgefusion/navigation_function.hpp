@@ -99,6 +99,7 @@ class NavigationFunction {
   float stop_at_ = 0.0f;  // marching ends beyond this value
   std::vector<Entry> heap_;
   std::vector<std::uint8_t> settled_;
+  std::vector<std::uint8_t> avoided_;  // of every cell, as in the map
 };
 
 }  // namespace edgefusion

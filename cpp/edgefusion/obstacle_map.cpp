@@ -164,6 +164,13 @@ void ObstacleMap::stand(const Footprint& footprint, const Pose& pose, double ins
       });
 }
 
+void ObstacleMap::avoid(double x, double y, double radius) {
+  for_cells_near(x, y, radius, [&](std::size_t i, std::int32_t c, std::int32_t r) {
+    if (std::hypot((c + 0.5) * cell_ - x, (r + 0.5) * cell_ - y) > radius) return;
+    cells_[i].avoided = static_cast<std::uint8_t>(std::min(cells_[i].avoided + 1, 255));
+  });
+}
+
 void ObstacleMap::clear() {
   std::fill(cells_.begin(), cells_.end(), Cell{});
 }

@@ -43,6 +43,7 @@ class ObstacleMap {
     float x = 0.0f, y = 0.0f;   // mean of the points seen here [m]
     std::uint8_t evidence = 0;  // above 0: something is here
     std::uint8_t points = 0;    // how many the mean is of, up to a limit
+    std::uint8_t avoided = 0;   // how often the base failed to get through here
     std::uint8_t seen = 0;      // a beam came through, or ended here, or the base stood here
   };
 
@@ -64,6 +65,9 @@ class ObstacleMap {
   /// Where the base stands there is nothing else, as far as `inset` inside its hull: whatever was seen there has gone,
   /// or was never where it seemed.
   void stand(const Footprint& footprint, const Pose& pose, double inset);
+
+  /// Remembers that the base failed to get through here: ways through a circle of this radius are longer from now on.
+  void avoid(double x, double y, double radius);
 
   /// Forgets everything.
   void clear();

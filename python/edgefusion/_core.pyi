@@ -194,6 +194,8 @@ class ObstacleMap:
         the map at each beam. ranges_m [n]: NaN unknown, +inf free, -inf nearer than range_min_m (REP 117)."""
     def stand(self, footprint: Footprint, pose: npt.ArrayLike, inset_m: float) -> None:
         """Forgets what was seen where the base, at (x, y, theta), now stands, as far as inset_m inside its hull."""
+    def avoid(self, x_m: float, y_m: float, radius_m: float) -> None:
+        """The base failed to get through there: ways through that circle are longer from now on."""
     def clear(self) -> None:
         """Forgets everything."""
     def points(self) -> npt.NDArray[np.float64]:
@@ -238,20 +240,50 @@ class NavigationFunction:
 class Guard:
     """Says which commands a base can still be stopped after without touching anything.
 
-    margin_m: kept between the hull and any point. Motions are (x, y, theta, v, w) in the map [m, rad, m/s, rad/s].
+    Motions are (x, y, theta, v, w) in the map [m, rad, m/s, rad/s].
     """
 
-    def __init__(
-        self, footprint: Footprint, acceleration_mps2: float, yaw_acceleration_radps2: float, margin_m: float
-    ) -> None: ...
+    def __init__(self, footprint: Footprint, acceleration_mps2: float, yaw_acceleration_radps2: float) -> None: ...
     def look(self, map: ObstacleMap, x_m: float, y_m: float, reach_m: float, moving: npt.ArrayLike) -> None:
         """What there is now: the map's points within reach_m, and moving ones [k, 4] as (x, y, vx, vy)."""
     def gap(self, pose: npt.ArrayLike) -> float:
         """From the hull at (x, y, theta) to the nearest point [m], inf where there is none within reach."""
-    def free(self, map: ObstacleMap, motion: npt.ArrayLike, v_mps: float, w_radps: float, hold_s: float) -> bool:
-        """Whether a base that moves so can follow the command for hold_s, then brake, and touch nothing meanwhile."""
+    def free(
+        self, map: ObstacleMap, motion: npt.ArrayLike, v_mps: float, w_radps: float, hold_s: float, margin_m: float
+    ) -> bool:
+        """Whether a base that moves so can follow the command for hold_s, then brake, and come no nearer than margin_m
+        to anything meanwhile, or, where it is nearer already, no nearer still."""
     def fits(self, pose: npt.ArrayLike, margin_m: float) -> bool:
         """Whether the hull fits there with so much margin."""
+
+class Manoeuvre:
+    """Finds a way out where the base does not simply fit through, with the hull as it is (hybrid A*): arcs forward,
+    turns on the spot, and arcs back over ground that was seen. Source: Dolgov et al. 2010."""
+
+    def __init__(self, footprint: Footprint) -> None: ...
+    def begin(
+        self,
+        map: ObstacleMap,
+        function: NavigationFunction,
+        start: npt.ArrayLike,
+        margin_m: float,
+        others: npt.ArrayLike,
+        value_m: float | None = ...,
+        pose: npt.ArrayLike | None = ...,
+        position_tolerance_m: float = ...,
+        heading_tolerance: float = ...,
+    ) -> None:
+        """From a pose (x, y, theta), margin_m kept to the map's points and to others [k, 2], to where the function is
+        at most value_m and the base looks down it, or to a pose within its tolerances: one of the two is given."""
+    def advance(self, map: ObstacleMap, function: NavigationFunction, poses: int) -> bool:
+        """Looks at so many more poses; True when the search is over."""
+    @property
+    def running(self) -> bool:
+        """Whether one was begun and is not over."""
+    @property
+    def legs(self) -> list[tuple[float, float, tuple[float, float, float]]]:
+        """What was found, empty where nothing was: way [m] (below 0 back, 0 for a turn on the spot), turn [rad] and
+        the pose that the leg ends at."""
 
 def followed(
     motion: npt.ArrayLike,

@@ -27,39 +27,36 @@ _SHUT = {"occupied": Reason.OCCUPIED, "enclosed": Reason.ENCLOSED}
 
 
 class FunctionField:
-    """Looks a little way down the potential, farther at speed, so that it does not follow every cell's corner."""
+    """function: the potential in use. Looks a little way down the potential, farther at speed, so that it does not follow every cell's corner."""
 
     def __init__(self, navigation: NavigationConfig, inscribed_m: float) -> None:
         self._blocked_m = inscribed_m - GAP_CLOSED_M
-        self._function = NavigationFunction(
+        self.function = NavigationFunction(
             self._blocked_m, inscribed_m + navigation.comfort_m, navigation.comfort_weight
         )
         self._computed = False
 
     @property
     def shut(self) -> Reason | None:
-        return _SHUT.get(self._function.outcome) if self._computed else None
+        return _SHUT.get(self.function.outcome) if self._computed else None
 
     def update(self, surroundings: Surroundings, goal: Pose2D, tolerance_m: float, pose: Pose2D) -> None:
-        function, map_ = self._function, surroundings.map
+        function, map_ = self.function, surroundings.map
         if not function.running:
             function.begin(map_, goal.x_m, goal.y_m, tolerance_m, pose.x_m, pose.y_m)
-        done = function.advance(map_, PORTION)
-        while not done and not self._computed:  # the first one of a goal is waited for
-            done = function.advance(map_, PORTION)
-        self._computed = True
+        self._computed = function.advance(map_, PORTION) or self._computed
 
     def way(self, pose: Pose2D, length_m: float) -> npt.NDArray[np.float64]:
         """The way ahead [k, 2], in the local frame."""
-        return self._function.way(pose.x_m, pose.y_m, length_m, self._blocked_m)
+        return self.function.way(pose.x_m, pose.y_m, length_m, self._blocked_m)
 
     def value(self, x_m: float, y_m: float) -> float:
-        return self._function.value(x_m, y_m)
+        return self.function.value(x_m, y_m)
 
     def descend(self, pose: Pose2D, speed_mps: float) -> Descent:
         way = self.way(pose, _LOOK_AHEAD_M + _LOOK_AHEAD_S * speed_mps)
         if not len(way):
             return NOWHERE
         dx, dy = way[-1] - (pose.x_m, pose.y_m)
-        left_m = self._function.value(*way[0])
+        left_m = self.function.value(*way[0])
         return Descent(math.atan2(dy, dx), 1.0, left_m)

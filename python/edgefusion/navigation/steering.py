@@ -4,36 +4,58 @@
 
 from __future__ import annotations
 
-import math
-from typing import Iterator
+from typing import Iterable, Iterator
 
 from edgefusion.navigation.drive_model import Motion
+from edgefusion.navigation.law import as_carried
 from edgefusion.navigation.surroundings import Surroundings
 from edgefusion.types import Twist2D
+
+SQUEEZE_MPS = 0.12
+"""So slow, half the margin is kept: gaps little wider than the hull are passed."""
 
 _SLOWER = (1.0, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2, 0.1, 0.0)
 _STRAIGHTER = (1.0, 0.5, 0.0)
 
 
-def as_carried(twist: Twist2D) -> Twist2D:
-    """In whole mm/s and deg/s, as the wire carries it."""
-    v_mps = int(twist.v_mps * 1000) / 1000
-    return Twist2D(v_mps, math.radians(round(math.degrees(twist.w_radps))))
+class Steering:
+    """Asks the guard about commands for where the next one takes effect. hold_s: how long it is taken to last."""
+
+    def __init__(self, surroundings: Surroundings, margin_m: float, motion: Motion, hold_s: float) -> None:
+        self._surroundings, self._motion, self._hold_s = surroundings, motion, hold_s
+        self._margin_m = margin_m
+
+    def permitted(self, wish: Twist2D) -> Twist2D:
+        """The wish, or what is left of it; zero where only standing is."""
+        return self._first(_lesser(wish), self._margin_m) or self.squeezed(wish)
+
+    def squeezed(self, wish: Twist2D) -> Twist2D:
+        """The same, slowly and closely."""
+        slow = min(1.0, SQUEEZE_MPS / abs(wish.v_mps)) if wish.v_mps else 1.0
+        return self._first(_lesser(Twist2D(slow * wish.v_mps, wish.w_radps)), self._margin_m / 2) or Twist2D()
+
+    def along(self, wish: Twist2D) -> Twist2D:
+        """The same, closely and on the wish's own arc, for a manoeuvre that was tried with the hull."""
+        return self._first((_scaled(wish, share, share) for share in (1.0, 0.6, 0.3)), self._margin_m / 2) or Twist2D()
+
+    def _first(self, twists: Iterable[Twist2D], margin_m: float) -> Twist2D | None:
+        guard, seen = self._surroundings.guard, self._surroundings.map
+        for twist in twists:
+            if guard.free(seen, self._motion, twist.v_mps, twist.w_radps, self._hold_s, margin_m):
+                return twist
+        return None
 
 
-def permitted(surroundings: Surroundings, motion: Motion, wish: Twist2D, hold_s: float) -> Twist2D | None:
-    """The wish or what is left of it; None where only standing is."""
-    for twist in _lesser(wish):
-        if surroundings.guard.free(surroundings.map, motion, twist.v_mps, twist.w_radps, hold_s):
-            return twist
-    return None
+def _scaled(wish: Twist2D, v_share: float, w_share: float) -> Twist2D:
+    return as_carried(Twist2D(v_share * wish.v_mps, w_share * wish.w_radps))
 
 
 def _lesser(wish: Twist2D) -> Iterator[Twist2D]:
+    """All but the standstill, each once."""
     tried = {Twist2D()}
     for straighter in _STRAIGHTER:
         for slower in _SLOWER:
-            twist = as_carried(Twist2D(slower * wish.v_mps, straighter * wish.w_radps))
+            twist = _scaled(wish, slower, straighter)
             if twist not in tried:
                 tried.add(twist)
                 yield twist

@@ -20,12 +20,13 @@ Floats = npt.NDArray[np.float64]
 _INSET_M = 0.02
 """What seems to be so deep inside the hull where the robot stands has gone, or never was there."""
 
-_NOTHING: Floats = np.zeros((0, 4))
-_NS_PER_S = 1e9
+_EDGE_NS = 60_000_000
+"""A beam may be measured so much before the first pose, or after the newest, and is placed with that."""
 
 
 class Surroundings:
-    """map, in the local frame; guard, which has looked at what is near; points [n, 2]: the newest scan's, there."""
+    """map, in the local frame; guard, which has looked at what is near; points [n, 2]: the newest scan's, there;
+    rear_m [k, 2]: the rear sonar's."""
 
     def __init__(self, navigation: NavigationConfig, base: BaseConfig) -> None:
         self._laser = Pose2D(*base.laser_pose)
@@ -34,10 +35,11 @@ class Surroundings:
         self.footprint = Footprint(base.footprint_m)
         self.map = ObstacleMap(navigation.cell_m)
         ramps = base.acceleration_mps2, base.yaw_acceleration_radps2
-        self.guard = Guard(self.footprint, *ramps, navigation.margin_m)
+        self.guard = Guard(self.footprint, *ramps)
         braking_m = base.max_speed_mps**2 / (2 * base.acceleration_mps2)
         self._reach_m = self.footprint.circumscribed_m + braking_m + base.max_speed_mps * 0.5 + 0.3
         self.points: Floats = np.zeros((0, 2))
+        self.rear_m: Floats = np.zeros((0, 2))
 
     def stand(self, stamp_ns: int, pose: Pose2D, goal: Pose2D) -> None:
         """The robot is here now, and on its way there."""
@@ -54,19 +56,17 @@ class Surroundings:
             return False
         self._scan_ns = scan.stamp_ns
         range_max_m = min(scan.range_max_m, 1e6)
-        self.map.insert(
-            poses, scan.ranges_m, scan.angle_min, scan.angle_increment, scan.range_min_m, range_max_m
-        )
+        self.map.insert(poses, scan.ranges_m, scan.angle_min, scan.angle_increment, scan.range_min_m, range_max_m)
         self.points = _ends(poses, scan)
         return True
 
     def look(self, motion: Motion, rear_points_m: npt.ArrayLike | None) -> None:
         """The guard looks about where the next command takes effect. rear_points_m [k, 2]: what the rear sonar sees,
         in base_link; it is not remembered."""
-        moving = _NOTHING
-        if rear_points_m is not None:
-            moving = _standing(np.asarray(rear_points_m, float).reshape(-1, 2), motion)
-        self.guard.look(self.map, motion[0], motion[1], self._reach_m, moving)
+        rear = np.zeros((0, 2)) if rear_points_m is None else np.asarray(rear_points_m, float).reshape(-1, 2)
+        self.rear_m = _placed(rear, motion)
+        standing = np.hstack([self.rear_m, np.zeros_like(self.rear_m)])
+        self.guard.look(self.map, motion[0], motion[1], self._reach_m, standing)
 
     def _laser_poses(self, scan: Scan) -> Floats | None:
         """Of every beam, (x, y, theta); the robot is taken to move evenly from the first to the last of them."""
@@ -86,10 +86,6 @@ class Surroundings:
         return self._history.near(stamp_ns, _EDGE_NS)
 
 
-_EDGE_NS = 60_000_000
-"""A beam may be measured so much before the first pose, or after the newest, and is placed with that."""
-
-
 def _ends(poses: Floats, scan: Scan) -> Floats:
     """Where the beams ended that met something [n, 2]."""
     hit = np.isfinite(scan.ranges_m)
@@ -97,8 +93,7 @@ def _ends(poses: Floats, scan: Scan) -> Floats:
     return np.asarray(poses[hit, :2] + scan.ranges_m[hit, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-def _standing(points_m: Floats, motion: Motion) -> Floats:
-    """Points of base_link in the local frame, as (x, y, vx, vy) that does not move."""
+def _placed(points_m: Floats, motion: Motion) -> Floats:
+    """Points of base_link in the local frame."""
     c, s = math.cos(motion[2]), math.sin(motion[2])
-    placed = points_m @ np.array([[c, s], [-s, c]]) + motion[:2]
-    return np.hstack([placed, np.zeros_like(placed)])
+    return np.asarray(points_m @ np.array([[c, s], [-s, c]]) + motion[:2])

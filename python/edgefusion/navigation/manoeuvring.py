@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Out of where the field's way is too narrow to be simply followed: searched with the hull, driven leg by leg."""
+
+from __future__ import annotations
+
+import math
+from typing import Sequence, Tuple
+
+import numpy as np
+
+from edgefusion._core import Manoeuvre
+from edgefusion.config import BaseConfig
+from edgefusion.navigation import law
+from edgefusion.navigation.drive_model import turned
+from edgefusion.navigation.function_field import FunctionField
+from edgefusion.navigation.surroundings import Surroundings
+from edgefusion.types import Goal, Pose2D, Twist2D
+
+Leg = Tuple[float, float, Tuple[float, float, float]]
+
+POSES_A_STEP = 300
+"""Tried while the robot stands; a search that finds nothing takes some seconds."""
+
+GAIN_M = 0.6
+"""A manoeuvre leads so much nearer to the goal."""
+
+SPEED_MPS = 0.15
+
+_DONE_M, _DONE = 0.01, math.radians(2)
+_SIDEWAYS_GAIN, _HEADING_GAIN = 4.0, 2.0
+
+
+class Manoeuvring:
+    """Idle, searching, or driving what was found."""
+
+    def __init__(self, surroundings: Surroundings, field: FunctionField, base: BaseConfig, margin_m: float) -> None:
+        self._surroundings, self._field, self._base = surroundings, field, base
+        self._margin_m = margin_m
+        self._search = Manoeuvre(surroundings.footprint)
+        self._legs: list[Leg] = []
+
+    @property
+    def searching(self) -> bool:
+        return self._search.running
+
+    @property
+    def driving(self) -> bool:
+        return bool(self._legs)
+
+    def begin(self, pose: Pose2D, goal: Goal, target: Pose2D, turning: bool) -> None:
+        """Looks for a way from here: down the field, or, turning or close to the goal, to the goal's pose."""
+        left_m = self._field.value(pose.x_m, pose.y_m)
+        others = self._surroundings.rear_m
+        common = (self._surroundings.map, self._field.function, _row(pose), self._margin_m / 2, others)
+        if turning or left_m < GAIN_M:
+            heading_tolerance = max(goal.heading_tolerance, _DONE + math.radians(3.75))  # half a step of the search
+            self._search.begin(
+                *common,
+                pose=_row(target),
+                position_tolerance_m=0.8 * goal.position_tolerance_m,
+                heading_tolerance=heading_tolerance,
+            )
+        else:
+            self._search.begin(*common, value_m=left_m - GAIN_M)
+
+    def search(self) -> bool | None:
+        """Goes on looking: None while it does, then whether there is a way."""
+        if not self._search.advance(self._surroundings.map, self._field.function, POSES_A_STEP):
+            return None
+        self._legs = self._search.legs
+        return bool(self._legs)
+
+    def drop(self) -> None:
+        """Something is in the way: forgets what is left."""
+        self._legs = []
+
+    def wish(self, pose: Pose2D) -> Twist2D | None:
+        """The velocity on the present leg; None when the last is done."""
+        while self._legs and _is_done(self._legs[0], pose):
+            self._legs.pop(0)
+        if not self._legs:
+            return None
+        way_m, turn, end = self._legs[0]
+        if way_m == 0:
+            return law.turn(turned(end[2], pose.theta), self._base)
+        return self._along(way_m, turn, Pose2D(*end), pose)
+
+    def _along(self, way_m: float, turn: float, end: Pose2D, pose: Pose2D) -> Twist2D:
+        sign, curvature = math.copysign(1, way_m), turn / way_m
+        left = abs(turned(end.theta, pose.theta) / curvature) if turn else math.hypot(*_apart(end, pose))
+        v_mps = sign * min(SPEED_MPS, self._base.max_speed_mps, 0.03 + law.approach_speed_mps(left, self._base))
+        if turn:
+            return Twist2D(v_mps, v_mps * curvature)
+        off = pose.relative_to(end)
+        return Twist2D(v_mps, -_HEADING_GAIN * off.theta - sign * _SIDEWAYS_GAIN * off.y_m)
+
+
+def _is_done(leg: Leg, pose: Pose2D) -> bool:
+    way_m, turn, end = leg
+    left = turned(end[2], pose.theta)
+    if way_m == 0:
+        return abs(left) < _DONE
+    if turn:  # an arc ends where it has turned far enough
+        return left * math.copysign(1, turn) < _DONE
+    return pose.relative_to(Pose2D(*end)).x_m * math.copysign(1, way_m) > -_DONE_M
+
+
+def _apart(a: Pose2D, b: Pose2D) -> Tuple[float, float]:
+    return a.x_m - b.x_m, a.y_m - b.y_m
+
+
+def _row(pose: Pose2D) -> Sequence[float]:
+    return pose.x_m, pose.y_m, pose.theta
+
+
+def first_unfit(field: FunctionField, surroundings: Surroundings, pose: Pose2D, margin_m: float) -> Tuple[float, float]:
+    """Where on the way ahead the hull does not fit, looking along it."""
+    way = field.way(pose, 2.0)
+    if len(way) < 2:
+        return pose.x_m, pose.y_m
+    steps = np.diff(way, axis=0)
+    for (x, y), (dx, dy) in zip(way[1:], steps):
+        if not surroundings.guard.fits((x, y, math.atan2(dy, dx)), margin_m):
+            return float(x), float(y)
+    x, y = way[min(len(way) - 1, 12)]
+    return float(x), float(y)
