@@ -82,7 +82,8 @@ def map_of(moments: List[Moment], goal: Pose2D) -> ObstacleMap:
         if scan is not None:
             laser = pose.compose(Pose2D(*BASE.laser_pose))
             poses = np.tile((laser.x_m, laser.y_m, laser.theta), (len(scan.ranges_m), 1))
-            seen.insert(poses, scan.ranges_m, scan.angle_min, scan.angle_increment, scan.range_min_m, scan.range_max_m)
+            beams = scan.ranges_m, scan.angle_min, scan.angle_increment, scan.range_min_m, scan.range_max_m
+            seen.insert(poses, *beams, scan.stamp_ns)
     return seen
 
 
