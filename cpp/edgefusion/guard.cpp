@@ -24,9 +24,23 @@ double ramped(double speed, double target, double change) {
   return target > speed ? std::min(target, speed + change) : std::max(target, speed - change);
 }
 
+void expect_ramps(const Ramps& ramps) {
+  for (const auto& [name, value] :
+       {std::pair{"acceleration", ramps.acceleration}, std::pair{"yaw_acceleration", ramps.yaw_acceleration}})
+    if (!(value > 0.0 && std::isfinite(value)))
+      refuse(name, ": expected a finite number above 0, got ", value);
+}
+
+void expect_duration(const char* name, double seconds) {
+  if (!(seconds >= 0.0 && std::isfinite(seconds)))
+    refuse(name, ": expected a finite number of at least 0, got ", seconds);
+}
+
 }  // namespace
 
 Motion followed(const Motion& start, const Command& command, const Ramps& ramps, double duration) {
+  expect_ramps(ramps);
+  expect_duration("duration", duration);
   Motion m = start;
   constexpr double kStep = 0.05;
   for (double left = duration; left > 1e-9; left -= kStep) {
@@ -40,14 +54,13 @@ Motion followed(const Motion& start, const Command& command, const Ramps& ramps,
 }
 
 Guard::Guard(const Footprint& footprint, const Ramps& ramps) : footprint_(footprint), ramps_(ramps) {
-  for (const auto& [name, value] :
-       {std::pair{"acceleration", ramps.acceleration}, std::pair{"yaw_acceleration", ramps.yaw_acceleration}})
-    if (!(value > 0.0 && std::isfinite(value)))
-      refuse(name, ": expected a finite number above 0, got ", value);
+  expect_ramps(ramps);
 }
 
 void Guard::look(const ObstacleMap& map, double x, double y, double reach, const double* moving,
                  std::size_t k) {
+  const double given[] = {x, y, reach};
+  expect_finite("x, y, reach", given, 3);
   expect_finite("moving", moving, 4 * k);
   std::vector<double> near;
   map.points_near(x, y, reach, near);
@@ -96,6 +109,10 @@ bool Guard::shown(const ObstacleMap& map, const Pose& pose, double ahead) const 
 
 bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& command, double hold,
                  double margin) const {
+  const double given[] = {start.pose.x, start.pose.y, start.pose.theta, start.v,
+                          start.w,      command.v,    command.w,        margin};
+  expect_finite("motion, command, margin", given, 8);
+  expect_duration("hold", hold);
   const double least = kept(gap_at(start.pose, 0.0, margin), margin);
   Motion m = start;
   for (double time = 0.0;;) {

@@ -35,6 +35,8 @@ class Guard {
   /// What there is: the map's points within `reach` of the base, and others that move.
   ///
   /// moving  k x 4, row major: (x, y, vx, vy) in the map, now
+  ///
+  /// Throws std::invalid_argument for numbers that are not finite.
   void look(const ObstacleMap& map, double x, double y, double reach, const double* moving, std::size_t k);
 
   /// From the hull to the nearest point [m], infinity where there is none within reach.
@@ -43,6 +45,8 @@ class Guard {
   /// Whether a base that moves so can follow the command for `hold` seconds, then brake, and come no nearer than
   /// `margin` to anything meanwhile. A base that is nearer already may go where it does not come nearer still. It goes
   /// forward only where its nose, and back only where its tail, comes to ground that was seen.
+  ///
+  /// Throws std::invalid_argument for numbers that are not finite and a hold below 0.
   bool free(const ObstacleMap& map, const Motion& start, const Command& command, double hold,
             double margin) const;
 
@@ -65,6 +69,8 @@ class Guard {
 double kept(double gap, double margin);
 
 /// Where a base gets to that follows a command for some time, from the velocity that it has.
+///
+/// Throws std::invalid_argument for ramps that are not finite and above 0, and a duration not finite or below 0.
 Motion followed(const Motion& start, const Command& command, const Ramps& ramps, double duration);
 
 }  // namespace edgefusion

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "edgefusion/cells.hpp"
 #include "edgefusion/guard.hpp"
+#include "edgefusion/refuse.hpp"
 
 namespace edgefusion {
 namespace {
@@ -18,8 +20,7 @@ constexpr double kReach = 2.0, kPlace = 0.04;
 constexpr std::int32_t kHeadings = 48;
 constexpr auto kPlaces = static_cast<std::int32_t>(2.0 * kReach / kPlace);
 // Points are found by bins of this side.
-constexpr double kBin = 0.2;
-constexpr auto kBins = static_cast<std::int32_t>(2.0 * (kReach + 1.0) / kBin);
+constexpr double kBin = 0.2, kMostMargin = 1.0;
 constexpr std::size_t kMostNodes = 120'000;
 
 constexpr double kStretch = 0.08, kTurn = 2.0 * kPi / kHeadings;
@@ -58,6 +59,20 @@ const std::vector<Manoeuvre::Step>& Manoeuvre::steps() {
 
 void Manoeuvre::begin(const ObstacleMap& map, const NavigationFunction& function, const Pose& start,
                       double margin, const ManoeuvreTarget& target, const double* others, std::size_t k) {
+  const double given[] = {start.x,
+                          start.y,
+                          start.theta,
+                          margin,
+                          target.value,
+                          target.pose.x,
+                          target.pose.y,
+                          target.pose.theta,
+                          target.position_tolerance,
+                          target.heading_tolerance};
+  expect_finite("start, margin, target", given, 10);
+  if (!(margin >= 0.0 && margin <= kMostMargin))
+    refuse("margin: expected from 0 to ", kMostMargin, ", got ", margin);
+  expect_finite("others", others, 2 * k);
   start_ = start;
   target_ = target;
   nodes_.clear();
@@ -65,7 +80,8 @@ void Manoeuvre::begin(const ObstacleMap& map, const NavigationFunction& function
   legs_.clear();
   closed_.assign(static_cast<std::size_t>(kPlaces) * kPlaces * kHeadings, 0);
   std::vector<double> points(others, others + 2 * k);
-  map.points_near(start.x, start.y, kReach + 1.0 - kBin, points);
+  reach_ = footprint_.circumscribed() + margin;
+  map.points_near(start.x, start.y, kReach + reach_, points);
   fill_bins(points);
   margin_ = kept(gap(start), margin);
   running_ = true;
@@ -73,32 +89,33 @@ void Manoeuvre::begin(const ObstacleMap& map, const NavigationFunction& function
 }
 
 void Manoeuvre::fill_bins(const std::vector<double>& points) {
-  bins_.assign(static_cast<std::size_t>(kBins) * kBins, {});
+  bins_ = floored(2.0 * (kReach + reach_) / kBin) + 1;
+  points_.assign(static_cast<std::size_t>(bins_) * static_cast<std::size_t>(bins_), {});
   for (std::size_t i = 0; i < points.size(); i += 2) {
-    const auto c = static_cast<std::int32_t>(std::floor((points[i] - start_.x + kReach + 1.0) / kBin));
-    const auto r = static_cast<std::int32_t>(std::floor((points[i + 1] - start_.y + kReach + 1.0) / kBin));
-    if (c < 0 || c >= kBins || r < 0 || r >= kBins) continue;
-    std::vector<double>& bin = bins_[static_cast<std::size_t>(r * kBins + c)];
+    const std::int32_t c = bin_of(points[i] - start_.x), r = bin_of(points[i + 1] - start_.y);
+    if (c < 0 || c >= bins_ || r < 0 || r >= bins_) continue;
+    std::vector<double>& bin = points_[static_cast<std::size_t>(r * bins_ + c)];
     bin.push_back(points[i]);
     bin.push_back(points[i + 1]);
   }
 }
 
-// From the hull to the nearest point, where one is nearer than a bin.
+std::int32_t Manoeuvre::bin_of(double offset) const {
+  return floored((offset + kReach + reach_) / kBin);
+}
+
+// From the hull to the nearest point, where one is nearer than the margin.
 double Manoeuvre::gap(const Pose& pose) const {
   const double cosine = std::cos(pose.theta), sine = std::sin(pose.theta);
-  const double reach = footprint_.circumscribed() + kBin;
-  const auto bin_of = [](double offset) {
-    return std::clamp(static_cast<std::int32_t>(std::floor((offset + kReach + 1.0) / kBin)), 0, kBins - 1);
-  };
+  const auto bin_within = [this](double offset) { return std::clamp(bin_of(offset), 0, bins_ - 1); };
   const double x = pose.x - start_.x, y = pose.y - start_.y;
   double smallest = kNone;
-  for (std::int32_t r = bin_of(y - reach); r <= bin_of(y + reach); ++r) {
-    for (std::int32_t c = bin_of(x - reach); c <= bin_of(x + reach); ++c) {
-      const std::vector<double>& bin = bins_[static_cast<std::size_t>(r * kBins + c)];
+  for (std::int32_t r = bin_within(y - reach_); r <= bin_within(y + reach_); ++r) {
+    for (std::int32_t c = bin_within(x - reach_); c <= bin_within(x + reach_); ++c) {
+      const std::vector<double>& bin = points_[static_cast<std::size_t>(r * bins_ + c)];
       for (std::size_t i = 0; i < bin.size(); i += 2) {
         const double dx = bin[i] - pose.x, dy = bin[i + 1] - pose.y;
-        if (dx * dx + dy * dy > reach * reach) continue;
+        if (dx * dx + dy * dy > reach_ * reach_) continue;
         smallest = std::min(smallest, footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx));
       }
     }

@@ -35,6 +35,8 @@ class Manoeuvre {
   explicit Manoeuvre(const Footprint& footprint) : footprint_(footprint) {}
 
   /// From a pose, `margin` kept to what the map and `others` (k x 2) hold now.
+  ///
+  /// Throws std::invalid_argument for numbers that are not finite and a margin outside of 0 to 1 m.
   void begin(const ObstacleMap& map, const NavigationFunction& function, const Pose& start, double margin,
              const ManoeuvreTarget& target, const double* others, std::size_t k);
 
@@ -66,6 +68,7 @@ class Manoeuvre {
 
   static const std::vector<Step>& steps();
   void fill_bins(const std::vector<double>& points);
+  std::int32_t bin_of(double offset) const;
   double gap(const Pose& pose) const;
   bool passable(const ObstacleMap& map, const Pose& from, const Step& step, Pose& to) const;
   bool reached(const NavigationFunction& function, const Pose& pose) const;
@@ -76,13 +79,14 @@ class Manoeuvre {
 
   Footprint footprint_;
   Pose start_{0.0, 0.0, 0.0};
-  double margin_ = 0.0;
+  double margin_ = 0.0, reach_ = 0.0;  // points beyond reach of the base's middle are of no account
+  std::int32_t bins_ = 0;              // along either side of the square that is searched
   ManoeuvreTarget target_{0.0, false, {0.0, 0.0, 0.0}, 0.0, 0.0};
   bool running_ = false;
   std::vector<Node> nodes_;
   std::vector<Entry> open_;
   std::vector<std::uint8_t> closed_;
-  std::vector<std::vector<double>> bins_;
+  std::vector<std::vector<double>> points_;  // of each bin
   std::vector<Leg> legs_;
 };
 

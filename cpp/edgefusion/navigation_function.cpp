@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "edgefusion/cells.hpp"
 #include "edgefusion/refuse.hpp"
 
 namespace edgefusion {
@@ -18,6 +19,24 @@ constexpr float kNoPoint = std::numeric_limits<float>::infinity();
 constexpr double kAvoided = 10.0;
 // The marching goes on so far behind the base, for the ways that it may take from there [m].
 constexpr float kBehindBase = 1.0f;
+
+// The nearest cell within reach that is fit; the window's size where there is none.
+template <typename Fit>
+std::size_t nearest_cell(const Window& w, double cell, double x, double y, double reach, Fit&& fit) {
+  std::size_t found = w.size();
+  double nearest = reach;
+  const std::int32_t last = std::min(floored((x + reach) / cell), w.column + w.columns - 1);
+  const std::int32_t top = std::min(floored((y + reach) / cell), w.row + w.rows - 1);
+  for (std::int32_t r = std::max(floored((y - reach) / cell), w.row); r <= top; ++r) {
+    for (std::int32_t c = std::max(floored((x - reach) / cell), w.column); c <= last; ++c) {
+      const double apart = std::hypot((c + 0.5) * cell - x, (r + 0.5) * cell - y);
+      if (apart >= nearest || !fit(w.index(c, r), c, r)) continue;
+      nearest = apart;
+      found = w.index(c, r);
+    }
+  }
+  return found;
+}
 
 }  // namespace
 
@@ -34,7 +53,8 @@ NavigationFunction::NavigationFunction(const WayCost& cost) : cost_(cost) {
 void NavigationFunction::begin(const ObstacleMap& map, double goal_x, double goal_y, double tolerance,
                                double x, double y) {
   const double given[] = {goal_x, goal_y, tolerance, x, y};
-  expect_finite("goal, tolerance, base", given, 5);
+  expect_on_map("goal, tolerance, base", given, 5);
+  if (tolerance < 0.0) refuse("tolerance: expected at least 0, got ", tolerance);
   next_.goal_x = goal_x;
   next_.goal_y = goal_y;
   tolerance_ = tolerance;
@@ -153,21 +173,20 @@ float NavigationFunction::cost_at(std::size_t index, std::int32_t column, std::i
 
 void NavigationFunction::seed() {
   const Window& w = next_.window;
-  const auto column = static_cast<std::int32_t>(std::floor(next_.goal_x / next_.cell));
-  const auto row = static_cast<std::int32_t>(std::floor(next_.goal_y / next_.cell));
-  w.holds(column, row) ? seed_goal() : seed_border();
+  w.holds(floored(next_.goal_x / next_.cell), floored(next_.goal_y / next_.cell)) ? seed_goal()
+                                                                                  : seed_border();
+  base_ = base_cell();
   if (heap_.empty()) finish(Outcome::kOccupied);
 }
 
 void NavigationFunction::seed_goal() {
   const Window& w = next_.window;
   const double reach = std::max(tolerance_, next_.cell);
-  const auto cell_of = [this](double coordinate) {
-    return static_cast<std::int32_t>(std::floor(coordinate / next_.cell));
-  };
-  for (std::int32_t r = cell_of(next_.goal_y - reach); r <= cell_of(next_.goal_y + reach); ++r) {
-    for (std::int32_t c = cell_of(next_.goal_x - reach); c <= cell_of(next_.goal_x + reach); ++c) {
-      if (!w.holds(c, r)) continue;
+  const auto cell_of = [this](double coordinate) { return floored(coordinate / next_.cell); };
+  const std::int32_t last = std::min(cell_of(next_.goal_x + reach), w.column + w.columns - 1);
+  const std::int32_t top = std::min(cell_of(next_.goal_y + reach), w.row + w.rows - 1);
+  for (std::int32_t r = std::max(cell_of(next_.goal_y - reach), w.row); r <= top; ++r) {
+    for (std::int32_t c = std::max(cell_of(next_.goal_x - reach), w.column); c <= last; ++c) {
       const double apart = std::hypot(middle(c) - next_.goal_x, middle(r) - next_.goal_y);
       const float cost = cost_at(w.index(c, r), c, r);
       if (apart <= reach && cost != kNever) offer(w.index(c, r), cost * static_cast<float>(apart));
@@ -193,6 +212,13 @@ void NavigationFunction::seed_border() {
   }
 }
 
+// The base may stand nearer to a point than the middle of its cell could: then it is the nearest one where it fits.
+std::size_t NavigationFunction::base_cell() const {
+  return nearest_cell(
+      next_.window, next_.cell, base_x_, base_y_, cost_.blocked + next_.cell,
+      [this](std::size_t i, std::int32_t c, std::int32_t r) { return cost_at(i, c, r) != kNever; });
+}
+
 void NavigationFunction::offer(std::size_t index, float value) {
   if (!(value < next_.values[index])) return;
   next_.values[index] = value;
@@ -202,13 +228,10 @@ void NavigationFunction::offer(std::size_t index, float value) {
 
 std::size_t NavigationFunction::march(std::size_t cells) {
   const Window& w = next_.window;
-  const auto base_column = static_cast<std::int32_t>(std::floor(base_x_ / next_.cell));
-  const auto base_row = static_cast<std::int32_t>(std::floor(base_y_ / next_.cell));
-  const std::size_t base = w.holds(base_column, base_row) ? w.index(base_column, base_row) : w.size();
   std::size_t done = 0;
   while (done < cells && stage_ == Stage::kMarch) {
     if (heap_.empty() || heap_.front().value > stop_at_) {
-      finish(base < w.size() && settled_[base] ? Outcome::kReached : Outcome::kEnclosed);
+      finish(base_ < w.size() && settled_[base_] ? Outcome::kReached : Outcome::kEnclosed);
       break;
     }
     const auto index = static_cast<std::size_t>(heap_.front().index);
@@ -217,7 +240,7 @@ std::size_t NavigationFunction::march(std::size_t cells) {
     if (settled_[index]) continue;
     settled_[index] = 1;
     ++done;
-    if (index == base) stop_at_ = next_.values[index] + kBehindBase;
+    if (index == base_) stop_at_ = next_.values[index] + kBehindBase;
     const auto column = w.column + static_cast<std::int32_t>(index % static_cast<std::size_t>(w.columns));
     const auto row = w.row + static_cast<std::int32_t>(index / static_cast<std::size_t>(w.columns));
     relax(column + 1, row);
@@ -269,8 +292,8 @@ struct Corners {
 
   Corners(double x, double y, double cell) {
     const double c = x / cell - 0.5, r = y / cell - 0.5;
-    column = static_cast<std::int32_t>(std::floor(c));
-    row = static_cast<std::int32_t>(std::floor(r));
+    column = floored(c);
+    row = floored(r);
     right = c - column;
     up = r - row;
   }
@@ -329,27 +352,20 @@ std::pair<double, double> NavigationFunction::descent(double x, double y) const 
 
 void NavigationFunction::way(double x, double y, double length, double reach,
                              std::vector<double>& points) const {
+  const double given[] = {length, reach};
+  expect_finite("length, reach", given, 2);
   if (field_.values.empty()) return;
+  const Window& w = field_.window;
   const double step = 0.5 * field_.cell;
   if (value(x, y) == std::numeric_limits<double>::infinity()) {
-    double nearest = reach, at_x = x, at_y = y;
-    const auto cells = static_cast<std::int32_t>(std::ceil(reach / field_.cell));
-    const auto column = static_cast<std::int32_t>(std::floor(x / field_.cell));
-    const auto row = static_cast<std::int32_t>(std::floor(y / field_.cell));
-    for (std::int32_t r = row - cells; r <= row + cells; ++r) {
-      for (std::int32_t c = column - cells; c <= column + cells; ++c) {
-        if (value_at(c, r) == kNever) continue;
-        const double px = (c + 0.5) * field_.cell, py = (r + 0.5) * field_.cell,
-                     apart = std::hypot(px - x, py - y);
-        if (apart >= nearest) continue;
-        nearest = apart;
-        at_x = px;
-        at_y = py;
-      }
-    }
-    if (nearest >= reach) return;
-    x = at_x;
-    y = at_y;
+    const auto known = [this](std::size_t i, std::int32_t, std::int32_t) {
+      return field_.values[i] != kNever;
+    };
+    const std::size_t from = nearest_cell(w, field_.cell, x, y, reach, known);
+    if (from == w.size()) return;
+    const auto columns = static_cast<std::size_t>(w.columns);
+    x = (w.column + static_cast<std::int32_t>(from % columns) + 0.5) * field_.cell;
+    y = (w.row + static_cast<std::int32_t>(from / columns) + 0.5) * field_.cell;
   }
   points.push_back(x);
   points.push_back(y);
@@ -371,8 +387,7 @@ void NavigationFunction::way(double x, double y, double length, double reach,
 double NavigationFunction::clearance(double x, double y) const {
   const double far = std::numeric_limits<double>::infinity();
   if (field_.values.empty()) return far;
-  const auto column = static_cast<std::int32_t>(std::floor(x / field_.cell));
-  const auto row = static_cast<std::int32_t>(std::floor(y / field_.cell));
+  const std::int32_t column = floored(x / field_.cell), row = floored(y / field_.cell);
   if (!field_.window.holds(column, row)) return far;
   const Point& point = field_.nearest[field_.window.index(column, row)];
   if (point.x == kNoPoint) return far;

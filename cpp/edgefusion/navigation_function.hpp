@@ -32,6 +32,8 @@ class NavigationFunction {
 
   /// Begins anew, from a goal that counts as reached within `tolerance` [m]. A goal outside of the map's window is
   /// beyond free ground: then the marching starts at the window's border, with the distances from there.
+  ///
+  /// Throws std::invalid_argument for coordinates beyond 100 km and a tolerance below 0.
   void begin(const ObstacleMap& map, double goal_x, double goal_y, double tolerance, double x, double y);
 
   /// Does so many cells' work of what was begun; true when it is done, and in use. The map may have been changed
@@ -50,7 +52,9 @@ class NavigationFunction {
   std::pair<double, double> descent(double x, double y) const;
 
   /// From (x, y) down the potential for at most `length`, in steps of half a cell; ends at the goal. Where (x, y) has
-  /// no value, the way begins at the nearest point within `reach` that has.
+  /// no value, the way begins at the nearest cell's middle within `reach` that has.
+  ///
+  /// Throws std::invalid_argument for a length or reach that is not finite.
   void way(double x, double y, double length, double reach, std::vector<double>& points) const;
 
   /// From a cell's middle to the nearest point, as far as `comfort`; beyond, something larger.
@@ -81,6 +85,7 @@ class NavigationFunction {
   void seed();
   void seed_goal();
   void seed_border();
+  std::size_t base_cell() const;
   std::size_t march(std::size_t cells);
   void relax(std::int32_t column, std::int32_t row);
   void offer(std::size_t index, float value);
@@ -97,6 +102,7 @@ class NavigationFunction {
   std::int32_t row_ = 0;
   double tolerance_ = 0.0, base_x_ = 0.0, base_y_ = 0.0;
   float stop_at_ = 0.0f;  // marching ends beyond this value
+  std::size_t base_ = 0;  // the cell that it is to pass
   std::vector<Entry> heap_;
   std::vector<std::uint8_t> settled_;
   std::vector<std::uint8_t> avoided_;  // of every cell, as in the map
