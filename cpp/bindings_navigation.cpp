@@ -34,14 +34,28 @@ Footprint footprint_of(const py::object& corners) {
   return Footprint(rows.data(), static_cast<std::size_t>(rows.shape(0)));
 }
 
+// They wrap after 49 days.
+std::uint32_t milliseconds(std::int64_t ns) {
+  return static_cast<std::uint32_t>(static_cast<std::uint64_t>(ns) / 1'000'000U);
+}
+
 void insert(ObstacleMap& map, const py::object& poses, const py::object& ranges, double angle_min,
-            double angle_increment, double range_min, double range_max) {
+            double angle_increment, double range_min, double range_max, std::int64_t stamp_ns) {
   const Array<double> rows = rows_of("poses", poses, 3);
   const Array<float> values = Array<float>::ensure(array_of("ranges_m", ranges));
   if (!values || values.ndim() != 1 || values.shape(0) != rows.shape(0))
     refuse("ranges_m: expected shape [", rows.shape(0), "], got ", shape_of(array_of("ranges_m", ranges)));
   map.insert({rows.data(), values.data(), static_cast<std::size_t>(values.shape(0)), angle_min,
-              angle_increment, range_min, range_max});
+              angle_increment, range_min, range_max},
+             milliseconds(stamp_ns));
+}
+
+py::array_t<double> ages(const ObstacleMap& map, const py::object& points, std::int64_t stamp_ns) {
+  const Array<double> rows = rows_of("points", points, 2);
+  py::array_t<double> result(rows.shape(0));
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i)
+    result.mutable_data()[i] = map.age(rows.data()[2 * i], rows.data()[2 * i + 1], milliseconds(stamp_ns));
+  return result;
 }
 
 py::array_t<double> all_points(const ObstacleMap& map) {
@@ -116,7 +130,8 @@ void bind_navigation(py::module_& m) {
       .def("cover", &ObstacleMap::cover, py::arg("x_m"), py::arg("y_m"), py::arg("target_x_m"),
            py::arg("target_y_m"))
       .def("insert", &insert, py::arg("poses"), py::arg("ranges_m"), py::arg("angle_min"),
-           py::arg("angle_increment"), py::arg("range_min_m"), py::arg("range_max_m"))
+           py::arg("angle_increment"), py::arg("range_min_m"), py::arg("range_max_m"), py::arg("stamp_ns"))
+      .def("ages", &ages, py::arg("points_m"), py::arg("stamp_ns"))
       .def(
           "stand",
           [](ObstacleMap& map, const Footprint& footprint, const py::object& pose, double inset) {
@@ -168,9 +183,11 @@ void bind_navigation(py::module_& m) {
       .def(
           "free",
           [](const Guard& guard, const ObstacleMap& map, const py::object& motion, double v, double w,
-             double hold, double margin) { return guard.free(map, motion_of(motion), {v, w}, hold, margin); },
+             double hold, double margin,
+             double linger) { return guard.free(map, motion_of(motion), {v, w}, hold, margin, linger); },
           py::arg("map"), py::arg("motion"), py::arg("v_mps"), py::arg("w_radps"), py::arg("hold_s"),
-          py::arg("margin_m"))
+          py::arg("margin_m"), py::arg("linger_s") = 0.0)
+      .def_property_readonly("stirs", &Guard::stirs)
       .def(
           "fits",
           [](const Guard& guard, const py::object& pose, double margin) {

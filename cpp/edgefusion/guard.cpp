@@ -67,8 +67,15 @@ void Guard::look(const ObstacleMap& map, double x, double y, double reach, const
   points_.clear();
   points_.reserve(near.size() / 2 + k);
   for (std::size_t i = 0; i < near.size(); i += 2) points_.push_back({near[i], near[i + 1], 0.0, 0.0});
-  for (std::size_t i = 0; i < k; ++i)
-    points_.push_back({moving[4 * i], moving[4 * i + 1], moving[4 * i + 2], moving[4 * i + 3]});
+  moving_ = 0;
+  for (const bool moves : {false, true}) {
+    for (std::size_t i = 0; i < k; ++i) {
+      const double* p = moving + 4 * i;
+      if ((p[2] != 0.0 || p[3] != 0.0) != moves) continue;
+      points_.push_back({p[0], p[1], p[2], p[3]});
+      moving_ += moves;
+    }
+  }
 }
 
 double Guard::gap(const Pose& pose) const {
@@ -107,8 +114,21 @@ bool Guard::shown(const ObstacleMap& map, const Pose& pose, double ahead) const 
   return true;
 }
 
+// Whether all that moves leaves a standing base alone.
+bool Guard::passed_by(const Pose& pose, double from, double linger, double margin) const {
+  const double cosine = std::cos(pose.theta), sine = std::sin(pose.theta);
+  for (std::size_t i = points_.size() - moving_; i < points_.size(); ++i) {
+    const Point& p = points_[i];
+    for (double time = from; time <= from + linger; time += kTick) {
+      const double dx = p.x + time * p.vx - pose.x, dy = p.y + time * p.vy - pose.y;
+      if (footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx) < margin) return false;
+    }
+  }
+  return true;
+}
+
 bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& command, double hold,
-                 double margin) const {
+                 double margin, double linger) const {
   const double given[] = {start.pose.x, start.pose.y, start.pose.theta, start.v,
                           start.w,      command.v,    command.w,        margin};
   expect_finite("motion, command, margin", given, 8);
@@ -117,7 +137,8 @@ bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& com
   Motion m = start;
   for (double time = 0.0;;) {
     const bool braking = time >= hold;
-    if (braking && std::abs(m.v) < kStill && std::abs(m.w) < kStill) return true;
+    if (braking && std::abs(m.v) < kStill && std::abs(m.w) < kStill)
+      return moving_ == 0 || passed_by(m.pose, time, linger, margin);
     const double rate = std::max(std::abs(m.v), std::abs(command.v)) +
                         std::max(std::abs(m.w), std::abs(command.w)) * footprint_.circumscribed();
     double dt = std::min(kTick, kStride / std::max(rate, kStride / kTick));

@@ -47,8 +47,12 @@ class Guard {
   /// forward only where its nose, and back only where its tail, comes to ground that was seen.
   ///
   /// Throws std::invalid_argument for numbers that are not finite and a hold below 0.
-  bool free(const ObstacleMap& map, const Motion& start, const Command& command, double hold,
-            double margin) const;
+  /// What moves must not come nearer for `linger` seconds after it stands, either.
+  bool free(const ObstacleMap& map, const Motion& start, const Command& command, double hold, double margin,
+            double linger) const;
+
+  /// Whether anything moves.
+  bool stirs() const { return moving_ > 0; }
 
   /// Whether the hull fits there, `margin` from all points; what moves is where it is now.
   bool fits(const Pose& pose, double margin) const;
@@ -58,11 +62,13 @@ class Guard {
     double x, y, vx, vy;
   };
   double gap_at(const Pose& pose, double after, double beyond) const;
+  bool passed_by(const Pose& pose, double from, double linger, double margin) const;
   bool shown(const ObstacleMap& map, const Pose& pose, double ahead) const;
 
   Footprint footprint_;
   Ramps ramps_;
-  std::vector<Point> points_;
+  std::vector<Point> points_;  // those that move last
+  std::size_t moving_ = 0;
 };
 
 /// What a base must keep free that now has so much room: the margin, or, where it is nearer already, hardly less.

@@ -6,12 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "edgefusion/cells.hpp"
 #include "edgefusion/refuse.hpp"
 
 namespace edgefusion {
 namespace {
 
-constexpr double kLargestSide = 60.0, kAround = 5.0;
+constexpr double kLargestSide = 60.0, kAround = 5.0, kSmallestCell = 0.01;
 
 // A beam that ends in a cell weighs as much as three that come through; what was seen for long fades in a dozen.
 constexpr int kHit = 3, kStrongest = 12;
@@ -23,31 +24,44 @@ constexpr double kFollowed = 10.0;
 // Nothing is said about the last stretch before the point that a beam ended at [m].
 constexpr double kBeforeHit = 0.08;
 
+void expect_sweep(const LaserScan& scan) {
+  for (std::size_t i = 0; i < scan.n; ++i) expect_on_map("poses", scan.poses + 3 * i, 3);
+  const double angles[] = {scan.angle_min, scan.angle_increment};
+  expect_finite("angle_min, angle_increment", angles, 2);
+  if (!(scan.range_min >= 0.0 && std::isfinite(scan.range_min)))
+    refuse("range_min: expected a finite number of at least 0, got ", scan.range_min);
+  if (!(scan.range_max > scan.range_min))
+    refuse("range_max: expected more than range_min, ", scan.range_min, ", got ", scan.range_max);
+}
+
 }  // namespace
 
 ObstacleMap::ObstacleMap(double cell) : cell_(cell) {
-  if (!(cell > 0.0 && std::isfinite(cell))) refuse("cell: expected a finite number above 0, got ", cell);
+  if (!(cell >= kSmallestCell && std::isfinite(cell)))
+    refuse("cell: expected a finite number of at least ", kSmallestCell, ", got ", cell);
 }
 
 std::int32_t ObstacleMap::column_of(double coordinate) const {
-  return static_cast<std::int32_t>(std::floor(coordinate / cell_));
+  return floored(coordinate / cell_);
 }
 
 void ObstacleMap::cover(double x, double y, double target_x, double target_y) {
+  const double given[] = {x, y, target_x, target_y};
+  expect_on_map("base, target", given, 4);
   const auto cells = [this](double metres) { return static_cast<std::int32_t>(std::ceil(metres / cell_)); };
   const std::int32_t around = cells(kAround), largest = cells(kLargestSide);
   const auto span = [&](std::int32_t begin, std::int32_t size, std::int32_t base, std::int32_t target) {
-    // What there is already, and both with some space around them.
     std::int32_t low = std::min(base, target) - around, high = std::max(base, target) + around + 1;
     if (size > 0 && low >= begin && high <= begin + size) return std::pair(begin, size);
-    const std::int32_t slack = around / 2;  // does not grow at every step
+    const std::int32_t room = std::max(0, (largest - (high - low)) / 2);
+    const std::int32_t slack = std::min(around / 2, room);  // does not grow, or move, at every step
     low -= slack;
     high += slack;
-    if (size > 0) {
-      low = std::min(low, begin);
-      high = std::max(high, begin + size);
-    }
-    if (high - low <= largest) return std::pair(low, high - low);
+    // What there is already, too, as far as it fits.
+    const std::int32_t first_of_all = size > 0 ? std::min(low, begin) : low;
+    const std::int32_t last_of_all = size > 0 ? std::max(high, begin + size) : high;
+    if (last_of_all - first_of_all <= largest) return std::pair(first_of_all, last_of_all - first_of_all);
+    if (high - low <= largest) return std::pair(std::clamp(begin, high - largest, low), largest);
     const bool inside = size == largest && base - around >= begin && base + around < begin + size;
     if (inside) return std::pair(begin, size);
     const std::int32_t first = base - largest / 2;
@@ -73,8 +87,8 @@ void ObstacleMap::resize(const Window& window) {
   window_ = window;
 }
 
-void ObstacleMap::insert(const LaserScan& scan) {
-  expect_finite("poses", scan.poses, 3 * scan.n);
+void ObstacleMap::insert(const LaserScan& scan, std::uint32_t now_ms) {
+  expect_sweep(scan);
   // Beams first come through, then end: what they end at is not let fade by their own neighbours.
   for (std::size_t i = 0; i < scan.n; ++i) {
     const double range = static_cast<double>(scan.ranges[i]);
@@ -91,15 +105,19 @@ void ObstacleMap::insert(const LaserScan& scan) {
     range = std::max(range, scan.range_min);  // nearer than that is as near as that
     const double angle =
         scan.poses[3 * i + 2] + scan.angle_min + scan.angle_increment * static_cast<double>(i);
-    hit(scan.poses[3 * i] + range * std::cos(angle), scan.poses[3 * i + 1] + range * std::sin(angle));
+    hit(scan.poses[3 * i] + range * std::cos(angle), scan.poses[3 * i + 1] + range * std::sin(angle), now_ms);
   }
 }
 
-void ObstacleMap::hit(double x, double y) {
+void ObstacleMap::hit(double x, double y, std::uint32_t now_ms) {
   const std::int32_t c = column_of(x), r = column_of(y);
   if (!window_.holds(c, r)) return;
   Cell& cell = cells_[window_.index(c, r)];
-  if (cell.evidence == 0) cell.points = 0;
+  if (cell.evidence == 0) {
+    cell.points = 0;
+    cell.born = cell.seen != 0;
+    cell.born_ms = now_ms;
+  }
   cell.points = static_cast<std::uint8_t>(std::min<int>(cell.points + 1, kMeanOf));
   const float share = 1.0f / static_cast<float>(cell.points);
   cell.x += share * (static_cast<float>(x) - cell.x);
@@ -165,6 +183,8 @@ void ObstacleMap::stand(const Footprint& footprint, const Pose& pose, double ins
 }
 
 void ObstacleMap::avoid(double x, double y, double radius) {
+  const double given[] = {x, y, radius};
+  expect_finite("x, y, radius", given, 3);
   for_cells_near(x, y, radius, [&](std::size_t i, std::int32_t c, std::int32_t r) {
     if (std::hypot((c + 0.5) * cell_ - x, (r + 0.5) * cell_ - y) > radius) return;
     cells_[i].avoided = static_cast<std::uint8_t>(std::min(cells_[i].avoided + 1, 255));
@@ -182,6 +202,14 @@ void ObstacleMap::points_near(double x, double y, double reach, std::vector<doub
     points.push_back(static_cast<double>(cell.x));
     points.push_back(static_cast<double>(cell.y));
   });
+}
+
+double ObstacleMap::age(double x, double y, std::uint32_t now_ms) const {
+  const std::int32_t c = column_of(x), r = column_of(y);
+  const double never = std::numeric_limits<double>::infinity();
+  if (!window_.holds(c, r)) return never;
+  const Cell& cell = cells_[window_.index(c, r)];
+  return cell.evidence > 0 && cell.born ? 1e-3 * static_cast<double>(now_ms - cell.born_ms) : never;
 }
 
 bool ObstacleMap::seen(double x, double y) const {

@@ -44,10 +44,13 @@ class ObstacleMap {
     std::uint8_t evidence = 0;  // above 0: something is here
     std::uint8_t points = 0;    // how many the mean is of, up to a limit
     std::uint8_t avoided = 0;   // how often the base failed to get through here
-    std::uint8_t seen = 0;      // a beam came through, or ended here, or the base stood here
+    std::uint32_t born_ms =
+        0;                  // since when something is here that was not, where the cell was seen free before
+    bool born = false;      // ... which was the case
+    std::uint8_t seen = 0;  // a beam came through, or ended here, or the base stood here
   };
 
-  /// Throws std::invalid_argument for a cell that is not finite and above 0.
+  /// Throws std::invalid_argument for a cell that is not finite and at least 0.01 m.
   explicit ObstacleMap(double cell);
 
   double cell() const { return cell_; }
@@ -57,10 +60,17 @@ class ObstacleMap {
 
   /// Makes the window hold the base, and the target where both fit into 60 x 60 m, with 5 m around either. It grows,
   /// and moves where growing is not enough: what it leaves behind is forgotten.
+  ///
+  /// Throws std::invalid_argument for coordinates beyond 100 km.
   void cover(double x, double y, double target_x, double target_y);
 
   /// Marks what beams ended at, and lets fade what they came through: a near point that one beam saw counts at once.
-  void insert(const LaserScan& scan);
+  /// now_ms: of any clock that counts up, and may wrap.
+  void insert(const LaserScan& scan, std::uint32_t now_ms);
+
+  /// For how long something has been where (x, y) is, which was seen free before [s]; infinity where it was always
+  /// there, as far as is known, and where nothing is.
+  double age(double x, double y, std::uint32_t now_ms) const;
 
   /// Where the base stands there is nothing else, as far as `inset` inside its hull: whatever was seen there has gone,
   /// or was never where it seemed.
@@ -80,7 +90,7 @@ class ObstacleMap {
 
  private:
   void resize(const Window& window);
-  void hit(double x, double y);
+  void hit(double x, double y, std::uint32_t now_ms);
   void trace(double x, double y, double dx, double dy, double length);
   template <typename Visit>
   void for_cells_near(double x, double y, double reach, Visit&& visit) const;

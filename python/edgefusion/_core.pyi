@@ -189,9 +189,13 @@ class ObstacleMap:
         angle_increment: float,
         range_min_m: float,
         range_max_m: float,
+        stamp_ns: int,
     ) -> None:
         """Marks what beams ended at and lets fade what they came through. poses [n, 3]: the laser's (x, y, theta) in
         the map at each beam. ranges_m [n]: NaN unknown, +inf free, -inf nearer than range_min_m (REP 117)."""
+    def ages(self, points_m: npt.ArrayLike, stamp_ns: int) -> npt.NDArray[np.float64]:
+        """For how long something has been at points [n, 2] that were seen free before [s]; inf where it always was, as
+        far as is known, and where nothing is."""
     def stand(self, footprint: Footprint, pose: npt.ArrayLike, inset_m: float) -> None:
         """Forgets what was seen where the base, at (x, y, theta), now stands, as far as inset_m inside its hull."""
     def avoid(self, x_m: float, y_m: float, radius_m: float) -> None:
@@ -249,10 +253,21 @@ class Guard:
     def gap(self, pose: npt.ArrayLike) -> float:
         """From the hull at (x, y, theta) to the nearest point [m], inf where there is none within reach."""
     def free(
-        self, map: ObstacleMap, motion: npt.ArrayLike, v_mps: float, w_radps: float, hold_s: float, margin_m: float
+        self,
+        map: ObstacleMap,
+        motion: npt.ArrayLike,
+        v_mps: float,
+        w_radps: float,
+        hold_s: float,
+        margin_m: float,
+        linger_s: float = ...,
     ) -> bool:
         """Whether a base that moves so can follow the command for hold_s, then brake, and come no nearer than margin_m
-        to anything meanwhile, or, where it is nearer already, no nearer still."""
+        to anything meanwhile, or, where it is nearer already, no nearer still. What moves must leave it alone for
+        linger_s after it stands, too."""
+    @property
+    def stirs(self) -> bool:
+        """Whether anything moves."""
     def fits(self, pose: npt.ArrayLike, margin_m: float) -> bool:
         """Whether the hull fits there with so much margin."""
 

@@ -20,18 +20,19 @@ _NS_PER_S = 1e9
 
 
 class DriveModel:
-    """Knows the commands on their way, and what the base makes of them."""
+    """Knows the commands on their way, and what the base makes of them. delay_ns: until one takes effect. twist: how fast
+    the base is now."""
 
     def __init__(self, base: BaseConfig) -> None:
         self._ramps = (base.acceleration_mps2, base.yaw_acceleration_radps2)
-        self._delay_ns = round(base.command_delay_s * _NS_PER_S)
+        self.delay_ns = round(base.command_delay_s * _NS_PER_S)
         self._pending: list[tuple[int, Twist2D]] = []  # when each takes effect
         self._obeyed = Twist2D()
         self.twist = Twist2D()
 
     def commanded(self, stamp_ns: int, twist: Twist2D) -> None:
         """This goes to the base now."""
-        self._pending.append((stamp_ns + self._delay_ns, twist))
+        self._pending.append((stamp_ns + self.delay_ns, twist))
 
     def moved(self, before_ns: int, now_ns: int, motion: Pose2D) -> None:
         """The odometry since the last step: corrects what the base was taken to do."""
@@ -49,7 +50,7 @@ class DriveModel:
     def ahead(self, now_ns: int, pose: Pose2D) -> Motion:
         """When the next command takes effect."""
         start = (pose.x_m, pose.y_m, pose.theta, self.twist.v_mps, self.twist.w_radps)
-        return self._run(start, now_ns, now_ns + self._delay_ns)
+        return self._run(start, now_ns, now_ns + self.delay_ns)
 
     def _run(self, state: Motion, from_ns: int, to_ns: int) -> Motion:
         """From one time to another, through the commands that take effect meanwhile."""

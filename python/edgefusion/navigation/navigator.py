@@ -56,7 +56,7 @@ class Navigator:
         if scan is not None:
             self._surroundings.see(scan)
         motion = self._drive.ahead(stamp_ns, here)
-        self._surroundings.look(motion, rear_points_m)
+        self._surroundings.look(stamp_ns + self._drive.delay_ns, motion, rear_points_m)
         if self._ended is None:
             twist, progress = self._towards(stamp_ns, scan, motion, target)
         else:

@@ -14,6 +14,9 @@ from edgefusion.types import Twist2D
 SQUEEZE_MPS = 0.12
 """So slow, half the margin is kept: gaps little wider than the hull are passed."""
 
+YIELDS_S = 2.0
+"""The robot does not stop where somebody will come by within this time."""
+
 _SLOWER = (1.0, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2, 0.1, 0.0)
 _STRAIGHTER = (1.0, 0.5, 0.0)
 
@@ -27,21 +30,31 @@ class Steering:
 
     def permitted(self, wish: Twist2D) -> Twist2D:
         """The wish, or what is left of it; zero where only standing is."""
-        return self._first(_lesser(wish), self._margin_m) or self.squeezed(wish)
-
-    def squeezed(self, wish: Twist2D) -> Twist2D:
-        """The same, slowly and closely."""
-        slow = min(1.0, SQUEEZE_MPS / abs(wish.v_mps)) if wish.v_mps else 1.0
-        return self._first(_lesser(Twist2D(slow * wish.v_mps, wish.w_radps)), self._margin_m / 2) or Twist2D()
+        if self._surroundings.guard.stirs:
+            return self._yielding(wish)
+        return self._first(_lesser(wish), self._margin_m) or self._squeezed(wish)
 
     def along(self, wish: Twist2D) -> Twist2D:
         """The same, closely and on the wish's own arc, for a manoeuvre that was tried with the hull."""
         return self._first((_scaled(wish, share, share) for share in (1.0, 0.6, 0.3)), self._margin_m / 2) or Twist2D()
 
-    def _first(self, twists: Iterable[Twist2D], margin_m: float) -> Twist2D | None:
+    def _squeezed(self, wish: Twist2D) -> Twist2D:
+        """Slowly and closely."""
+        slow = min(1.0, SQUEEZE_MPS / abs(wish.v_mps)) if wish.v_mps else 1.0
+        return self._first(_lesser(Twist2D(slow * wish.v_mps, wish.w_radps)), self._margin_m / 2) or Twist2D()
+
+    def _yielding(self, wish: Twist2D) -> Twist2D:
+        """Where somebody walks about the robot does not stop in his way, if it can stop anywhere else."""
+        twist = self._first(_lesser(wish), self._margin_m, YIELDS_S)
+        if twist is not None or self._first([Twist2D()], self._margin_m, YIELDS_S) is not None:
+            return twist or Twist2D()
+        return self._first(_lesser(wish), self._margin_m) or Twist2D()
+
+    def _first(self, twists: Iterable[Twist2D], margin_m: float, linger_s: float = 0.0) -> Twist2D | None:
         guard, seen = self._surroundings.guard, self._surroundings.map
         for twist in twists:
-            if guard.free(seen, self._motion, twist.v_mps, twist.w_radps, self._hold_s, margin_m):
+            v_mps, w_radps = twist.v_mps, twist.w_radps
+            if guard.free(seen, self._motion, v_mps, w_radps, self._hold_s, margin_m, linger_s):
                 return twist
         return None
 

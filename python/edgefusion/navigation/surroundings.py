@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,8 @@ import numpy.typing as npt
 from edgefusion._core import Footprint, Guard, ObstacleMap
 from edgefusion.config import BaseConfig, NavigationConfig
 from edgefusion.navigation.drive_model import Motion
+from edgefusion.navigation.mixed_pixels import without_mixed
+from edgefusion.navigation.movers import Movers
 from edgefusion.pose_history import PoseHistory
 from edgefusion.types import Pose2D, Scan
 
@@ -38,6 +41,7 @@ class Surroundings:
         self.guard = Guard(self.footprint, *ramps)
         braking_m = base.max_speed_mps**2 / (2 * base.acceleration_mps2)
         self._reach_m = self.footprint.circumscribed_m + braking_m + base.max_speed_mps * 0.5 + 0.3
+        self._movers = Movers()
         self.points: Floats = np.zeros((0, 2))
         self.rear_m: Floats = np.zeros((0, 2))
 
@@ -54,19 +58,31 @@ class Surroundings:
         poses = self._laser_poses(scan)
         if poses is None:
             return False
+        # Neighbours are those in the world: a robot that turns mixes up the beams of interlaced mirror turns.
+        scan = replace(scan, ranges_m=without_mixed(scan.ranges_m, poses[:, 2] + scan.angles))
         self._scan_ns = scan.stamp_ns
         range_max_m = min(scan.range_max_m, 1e6)
-        self.map.insert(poses, scan.ranges_m, scan.angle_min, scan.angle_increment, scan.range_min_m, range_max_m)
+        self.map.insert(
+            poses,
+            scan.ranges_m,
+            scan.angle_min,
+            scan.angle_increment,
+            scan.range_min_m,
+            range_max_m,
+            scan.stamp_ns,
+        )
         self.points = _ends(poses, scan)
+        self._movers.see(scan, self.points, Pose2D(*poses[len(poses) // 2]), self.map)
         return True
 
-    def look(self, motion: Motion, rear_points_m: npt.ArrayLike | None) -> None:
-        """The guard looks about where the next command takes effect. rear_points_m [k, 2]: what the rear sonar sees,
+    def look(self, stamp_ns: int, motion: Motion, rear_points_m: npt.ArrayLike | None) -> None:
+        """The guard looks about where the next command takes effect, at that time. rear_points_m [k, 2]: what the rear sonar sees,
         in base_link; it is not remembered."""
         rear = np.zeros((0, 2)) if rear_points_m is None else np.asarray(rear_points_m, float).reshape(-1, 2)
         self.rear_m = _placed(rear, motion)
         standing = np.hstack([self.rear_m, np.zeros_like(self.rear_m)])
-        self.guard.look(self.map, motion[0], motion[1], self._reach_m, standing)
+        moving = np.concatenate([standing, self._movers.at(stamp_ns)])
+        self.guard.look(self.map, motion[0], motion[1], self._reach_m, moving)
 
     def _laser_poses(self, scan: Scan) -> Floats | None:
         """Of every beam, (x, y, theta); the robot is taken to move evenly from the first to the last of them."""
