@@ -21,8 +21,7 @@ inline std::int32_t floored(double value) {
 inline void expect_on_map(const char* name, const double* coordinates, std::size_t n) {
   expect_finite(name, coordinates, n);
   for (std::size_t i = 0; i < n; ++i)
-    if (std::abs(coordinates[i]) > 1e5)
-      refuse(name, ": expected at most 100 km, got ", coordinates[i], " m at index ", i);
+    if (std::abs(coordinates[i]) > 1e5) refuse(name, ": expected at most 100 km, got ", coordinates[i], " m");
 }
 
 }  // namespace edgefusion

@@ -15,6 +15,8 @@ namespace {
 constexpr float kNever = std::numeric_limits<float>::infinity();
 // Of a cell near which nothing is.
 constexpr float kNoPoint = std::numeric_limits<float>::infinity();
+// Seen once, a point stops the base but shuts no way: a beam that lies on two surfaces may have made it up.
+constexpr int kConfirmed = 2;
 // What a metre costs more where the base failed once to get through.
 constexpr double kAvoided = 10.0;
 // The marching goes on so far behind the base, for the ways that it may take from there [m].
@@ -111,7 +113,8 @@ std::size_t NavigationFunction::sweep_down(const ObstacleMap& map, std::size_t c
     for (std::size_t c = 0; c < columns; ++c) {
       const ObstacleMap::Cell& cell = map.at(first + c);
       avoided_[first + c] = cell.avoided;
-      next_.nearest[first + c] = cell.evidence > 0 ? Point{cell.x, cell.y} : Point{kNoPoint, kNoPoint};
+      next_.nearest[first + c] =
+          cell.evidence > 0 && cell.points >= kConfirmed ? Point{cell.x, cell.y} : Point{kNoPoint, kNoPoint};
     }
     for (std::size_t c = 0; c < columns; ++c) {
       const std::size_t i = first + c;

@@ -25,7 +25,8 @@ constexpr double kFollowed = 10.0;
 constexpr double kBeforeHit = 0.08;
 
 void expect_sweep(const LaserScan& scan) {
-  for (std::size_t i = 0; i < scan.n; ++i) expect_on_map("poses", scan.poses + 3 * i, 3);
+  expect_finite("poses", scan.poses, 3 * scan.n);
+  for (std::size_t i = 0; i < scan.n; ++i) expect_on_map("poses", scan.poses + 3 * i, 2);
   const double angles[] = {scan.angle_min, scan.angle_increment};
   expect_finite("angle_min, angle_increment", angles, 2);
   if (!(scan.range_min >= 0.0 && std::isfinite(scan.range_min)))

@@ -26,7 +26,7 @@ BODY_M = 0.3
 """Radius of what a mover is taken to be, behind what is seen of it."""
 
 SLOWEST_MPS, FASTEST_MPS = 0.25, 2.5
-_COASTS_S = 3.0
+_COASTS_S, _RIM_OF_VIEW = 3.0, math.radians(30)
 _GATE_M, _LOST_S, _SPAN_S, _LEAST_S = 0.5, 0.7, 0.7, 0.15
 _RIM = np.stack([np.cos(np.arange(12) * math.pi / 6), np.sin(np.arange(12) * math.pi / 6)], axis=1)
 _NS_PER_S = 1e9
@@ -94,14 +94,14 @@ class Movers:
 
 
 def _lasts(track: Track, scan: Scan, laser: Pose2D) -> bool:
-    """Whether a mover that is not seen now is still believed in: longer where the laser does not look."""
+    """Whether a mover that is not seen now is still believed in: longer where the laser hardly looks."""
     unseen_s = (scan.stamp_ns - track.seen[-1][0]) / _NS_PER_S
     if unseen_s <= _LOST_S:
         return True
     dx, dy = track.expected(scan.stamp_ns) - (laser.x_m, laser.y_m)
-    bearing = math.remainder(math.atan2(dy, dx) - laser.theta - scan.angle_min, 2 * math.pi) % (2 * math.pi)
-    looked_at = bearing <= scan.angle_increment * (len(scan.ranges_m) - 1)
-    return track.moves and not looked_at and unseen_s <= _COASTS_S
+    half_view = scan.angle_increment * (len(scan.ranges_m) - 1) / 2
+    off = abs(math.remainder(math.atan2(dy, dx) - laser.theta - scan.angle_min - half_view, 2 * math.pi))
+    return track.moves and off > abs(half_view) - _RIM_OF_VIEW and unseen_s <= _COASTS_S
 
 
 def _things(ends: Floats) -> list[slice]:
