@@ -16,9 +16,9 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 // Between two poses that are tried no point of the hull moves farther [m], and no more time passes [s].
 constexpr double kStride = 0.03, kTick = 0.05;
 // A base nearer than the margin may come nearer by this much: its points are not exact [m].
-constexpr double kGive = 0.003;
-constexpr double kLeastShare = 0.25;  // but never nearer than this share of the margin
-constexpr double kStill = 1e-3;       // slower than this nothing is [m/s, rad/s]
+constexpr double kGive = 0.001;
+constexpr double kLeastShare = 0.5;  // but never nearer than this share of the margin
+constexpr double kStill = 1e-3;      // slower than this nothing is [m/s, rad/s]
 
 double ramped(double speed, double target, double change) {
   return target > speed ? std::min(target, speed + change) : std::max(target, speed - change);

@@ -26,6 +26,8 @@ constexpr std::size_t kMostNodes = 120'000;
 constexpr double kStretch = 0.08, kTurn = 2.0 * kPi / kHeadings;
 // What counts like a metre of way: a radian on the spot, a metre back, another kind of step.
 constexpr double kTurnCost = 0.25, kBackCost = 2.5, kChangeCost = 0.05;
+// Nearer than this to something, steps cost up to so much more: in the middle of a gap it is safest.
+constexpr double kRoomy = 0.05, kCloseCost = 3.0;
 // Within this of the way down, the base is left to the field again.
 constexpr double kAlong = 0.5;
 // Between two poses that are tried no point of the hull moves farther [m].
@@ -123,22 +125,26 @@ double Manoeuvre::gap(const Pose& pose) const {
   return smallest;
 }
 
-bool Manoeuvre::passable(const ObstacleMap& map, const Pose& from, const Step& step, Pose& to) const {
+// The smallest gap on a step, below 0 where it is shut; `to` is where it ends.
+double Manoeuvre::room_along(const ObstacleMap& map, const Pose& from, const Step& step, Pose& to) const {
   const double swept = std::abs(step.way) + std::abs(step.turn) * footprint_.circumscribed();
   const int parts = std::max(1, static_cast<int>(std::ceil(swept / kStride)));
+  double smallest = kNone;
   for (int i = 1; i <= parts; ++i) {
     const double share = static_cast<double>(i) / parts;
     to = moved(from, share * step.way, share * step.turn);
-    if (gap(to) < margin_) return false;
+    const double room = gap(to);
+    if (room < margin_) return -1.0;
+    smallest = std::min(smallest, room);
     if (step.way == 0.0) continue;
     const double edge = step.way > 0.0 ? footprint_.front() : footprint_.back();
     for (const double aside : {-0.5, 0.0, 0.5}) {
       const double y = aside * footprint_.inscribed();
       const double cosine = std::cos(to.theta), sine = std::sin(to.theta);
-      if (!map.seen(to.x + cosine * edge - sine * y, to.y + sine * edge + cosine * y)) return false;
+      if (!map.seen(to.x + cosine * edge - sine * y, to.y + sine * edge + cosine * y)) return -1.0;
     }
   }
-  return true;
+  return smallest;
 }
 
 bool Manoeuvre::reached(const NavigationFunction& function, const Pose& pose) const {
@@ -201,7 +207,8 @@ bool Manoeuvre::advance(const ObstacleMap& map, const NavigationFunction& functi
     for (std::size_t i = 0; i < steps().size(); ++i) {
       const Step& step = steps()[i];
       Pose to{};
-      if (!passable(map, node.pose, step, to)) continue;
+      const double room = room_along(map, node.pose, step, to);
+      if (room < 0.0) continue;
       const std::size_t next = place(to);
       if (next >= closed_.size() || closed_[next]) continue;
       const bool changes = node.step >= 0 && static_cast<std::size_t>(node.step) != i;

@@ -70,7 +70,7 @@ class Manoeuvre {
   void fill_bins(const std::vector<double>& points);
   std::int32_t bin_of(double offset) const;
   double gap(const Pose& pose) const;
-  bool passable(const ObstacleMap& map, const Pose& from, const Step& step, Pose& to) const;
+  double room_along(const ObstacleMap& map, const Pose& from, const Step& step, Pose& to) const;
   bool reached(const NavigationFunction& function, const Pose& pose) const;
   double left(const NavigationFunction& function, const Pose& pose) const;
   std::size_t place(const Pose& pose) const;

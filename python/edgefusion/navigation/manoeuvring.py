@@ -32,13 +32,14 @@ _SIDEWAYS_GAIN, _HEADING_GAIN = 4.0, 2.0
 
 
 class Manoeuvring:
-    """Idle, searching, or driving what was found."""
+    """Idle, searching, or driving what was found. to_goal: whether that leads to the goal's own pose."""
 
     def __init__(self, surroundings: Surroundings, field: FunctionField, base: BaseConfig, margin_m: float) -> None:
         self._surroundings, self._field, self._base = surroundings, field, base
         self._margin_m = margin_m
         self._search = Manoeuvre(surroundings.footprint)
         self._legs: list[Leg] = []
+        self.to_goal = False
 
     @property
     def searching(self) -> bool:
@@ -53,12 +54,13 @@ class Manoeuvring:
         left_m = self._field.value(pose.x_m, pose.y_m)
         others = self._surroundings.rear_m
         common = (self._surroundings.map, self._field.function, _row(pose), self._margin_m / 2, others)
-        if turning or left_m < GAIN_M:
+        self.to_goal = turning or left_m < GAIN_M
+        if self.to_goal:
             heading_tolerance = max(goal.heading_tolerance, _DONE + math.radians(3.75))  # half a step of the search
             self._search.begin(
                 *common,
                 pose=_row(target),
-                position_tolerance_m=0.8 * goal.position_tolerance_m,
+                position_tolerance_m=0.6 * goal.position_tolerance_m,
                 heading_tolerance=heading_tolerance,
             )
         else:

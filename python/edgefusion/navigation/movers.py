@@ -22,8 +22,9 @@ GAP_M, WIDEST_M = 0.25, 1.2
 YOUNG_S, YOUNG_SHARE = 1.5, 0.5
 """Most of what is seen of a mover is where nothing was so long ago."""
 
-BODY_M = 0.3
-"""Radius of what a mover is taken to be, behind what is seen of it."""
+BODY_M, ROOM_M, SPREAD_MPS = 0.3, 0.45, 0.15
+"""Radius of what a mover is taken to be, behind what is seen of it; of what is kept free for it; and how that grows
+with the time for which it is foretold."""
 
 SLOWEST_MPS, FASTEST_MPS = 0.25, 2.5
 _COASTS_S, _RIM_OF_VIEW = 3.0, math.radians(30)
@@ -43,7 +44,8 @@ class Track:
         last_ns, place = self.seen[-1]
         return place + np.asarray(self.velocity or (0.0, 0.0)) * (stamp_ns - last_ns) / _NS_PER_S
 
-    def add(self, stamp_ns: int, place: Floats) -> None:
+    def add(self, stamp_ns: int, place: Floats, whole: bool) -> None:
+        """whole: nothing of it reaches out of the view; else it seems to be slower than it is."""
         self.seen = [entry for entry in self.seen if stamp_ns - entry[0] <= _SPAN_S * _NS_PER_S] + [(stamp_ns, place)]
         times = np.array([ns - stamp_ns for ns, _ in self.seen]) / _NS_PER_S
         if times[-1] - times[0] < _LEAST_S or len(times) < 3:
@@ -51,7 +53,14 @@ class Track:
         places = np.array([place for _, place in self.seen])
         off = times - times.mean()
         vx, vy = (off @ places) / (off @ off)
-        self.velocity = float(vx), float(vy)
+        if whole or self.velocity is None or math.hypot(vx, vy) > math.hypot(*self.velocity):
+            self.velocity = float(vx), float(vy)
+
+    def rim(self, stamp_ns: int) -> Floats:
+        """The room that it is left at a time, [k, 4] as (x, y, vx, vy)."""
+        ahead_s = (stamp_ns - self.seen[-1][0]) / _NS_PER_S
+        places = self.expected(stamp_ns) + (ROOM_M + SPREAD_MPS * ahead_s) * _RIM
+        return np.hstack([places, np.asarray(self.velocity or (0.0, 0.0)) + SPREAD_MPS * _RIM])
 
     @property
     def moves(self) -> bool:
@@ -69,18 +78,16 @@ class Movers:
         pose in the map."""
         eye = laser.x_m, laser.y_m
         young = seen.ages(ends, scan.stamp_ns) < YOUNG_S
-        centres = [_centre(ends[part], eye) for part in _things(ends) if young[part].mean() >= YOUNG_SHARE]
-        for centre in centres:
-            self._nearest(scan.stamp_ns, centre).add(scan.stamp_ns, centre)
+        for part in _things(ends):
+            if young[part].mean() < YOUNG_SHARE:
+                continue
+            centre, whole = _centre(ends[part], eye), 0 < part.start and part.stop < len(ends)
+            self._nearest(scan.stamp_ns, centre).add(scan.stamp_ns, centre, whole)
         self._tracks = [track for track in self._tracks if _lasts(track, scan, laser)]
 
     def at(self, stamp_ns: int) -> Floats:
         """The rims of all movers at a time, [k, 4] as (x, y, vx, vy)."""
-        rims = [
-            np.hstack([track.expected(stamp_ns) + BODY_M * _RIM, np.tile(track.velocity or (), (len(_RIM), 1))])
-            for track in self._tracks
-            if track.moves
-        ]
+        rims = [track.rim(stamp_ns) for track in self._tracks if track.moves]
         return np.concatenate(rims) if rims else np.zeros((0, 4))
 
     def _nearest(self, stamp_ns: int, centre: Floats) -> Track:

@@ -146,6 +146,7 @@ class Navigator:
             return None, ""
         wish = m.wish(at)
         if wish is None:
+            self._there = self._there or m.to_goal  # what is left may be within the goal's tolerance
             return None, ""
         twist = steering.along(wish)
         if self._stall.step(stamp_ns, self._pose):

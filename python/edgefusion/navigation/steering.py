@@ -11,8 +11,8 @@ from edgefusion.navigation.law import as_carried
 from edgefusion.navigation.surroundings import Surroundings
 from edgefusion.types import Twist2D
 
-SQUEEZE_MPS = 0.12
-"""So slow, half the margin is kept: gaps little wider than the hull are passed."""
+CLOSE = 0.35
+"""Of the margin is kept by manoeuvres, which are slow, and planned with half of it."""
 
 YIELDS_S = 2.0
 """The robot does not stop where somebody will come by within this time."""
@@ -32,16 +32,12 @@ class Steering:
         """The wish, or what is left of it; zero where only standing is."""
         if self._surroundings.guard.stirs:
             return self._yielding(wish)
-        return self._first(_lesser(wish), self._margin_m) or self._squeezed(wish)
+        return self._first(_lesser(wish), self._margin_m) or Twist2D()
 
     def along(self, wish: Twist2D) -> Twist2D:
-        """The same, closely and on the wish's own arc, for a manoeuvre that was tried with the hull."""
-        return self._first((_scaled(wish, share, share) for share in (1.0, 0.6, 0.3)), self._margin_m / 2) or Twist2D()
-
-    def _squeezed(self, wish: Twist2D) -> Twist2D:
-        """Slowly and closely."""
-        slow = min(1.0, SQUEEZE_MPS / abs(wish.v_mps)) if wish.v_mps else 1.0
-        return self._first(_lesser(Twist2D(slow * wish.v_mps, wish.w_radps)), self._margin_m / 2) or Twist2D()
+        """The same on the wish's own arc and closely, for a manoeuvre that was tried with the hull."""
+        shares = (_scaled(wish, share, share) for share in (1.0, 0.6, 0.3))
+        return self._first(shares, CLOSE * self._margin_m) or Twist2D()
 
     def _yielding(self, wish: Twist2D) -> Twist2D:
         """Where somebody walks about the robot does not stop in his way, if it can stop anywhere else."""
