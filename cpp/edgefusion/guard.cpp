@@ -63,7 +63,7 @@ void Guard::look(const ObstacleMap& map, double x, double y, double reach, const
   expect_finite("x, y, reach", given, 3);
   expect_finite("moving", moving, 4 * k);
   std::vector<double> near;
-  map.points_near(x, y, reach, near);
+  map.points_near(x, y, reach, kDepth, near);
   points_.clear();
   points_.reserve(near.size() / 2 + k);
   for (std::size_t i = 0; i < near.size(); i += 2) points_.push_back({near[i], near[i + 1], 0.0, 0.0});
@@ -79,24 +79,30 @@ void Guard::look(const ObstacleMap& map, double x, double y, double reach, const
 }
 
 double Guard::gap(const Pose& pose) const {
-  return gap_at(pose, 0.0, kNone);
+  return gaps(pose, 0.0, kNone).standing;
 }
 
-// The smallest gap after some time; points whose gap must be larger than `beyond` are not looked at.
-double Guard::gap_at(const Pose& pose, double after, double beyond) const {
+// The smallest gaps after some time; points whose gap must be larger than `beyond` are not looked at.
+Guard::Gaps Guard::gaps(const Pose& pose, double after, double beyond) const {
   const double cosine = std::cos(pose.theta), sine = std::sin(pose.theta);
   const double reach = footprint_.circumscribed() + beyond;
-  double smallest = kNone;
-  for (const Point& p : points_) {
-    const double dx = p.x + after * p.vx - pose.x, dy = p.y + after * p.vy - pose.y;
-    if (dx * dx + dy * dy > reach * reach) continue;
-    smallest = std::min(smallest, footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx));
-  }
-  return smallest;
+  const auto smallest = [&](std::size_t begin, std::size_t end) {
+    double least = kNone;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Point& p = points_[i];
+      const double dx = p.x + after * p.vx - pose.x, dy = p.y + after * p.vy - pose.y;
+      if (dx * dx + dy * dy > reach * reach) continue;
+      least = std::min(least, footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx));
+    }
+    return least;
+  };
+  const std::size_t standing = points_.size() - moving_;
+  return {smallest(0, standing), smallest(standing, points_.size())};
 }
 
 bool Guard::fits(const Pose& pose, double margin) const {
-  return gap_at(pose, 0.0, margin) >= margin;
+  const Gaps now = gaps(pose, 0.0, margin);
+  return now.standing >= margin && now.moving >= margin;
 }
 
 double kept(double gap, double margin) {
@@ -133,7 +139,8 @@ bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& com
                           start.w,      command.v,    command.w,        margin};
   expect_finite("motion, command, margin", given, 8);
   expect_duration("hold", hold);
-  const double least = kept(gap_at(start.pose, 0.0, margin), margin);
+  const Gaps now = gaps(start.pose, 0.0, margin);
+  const Gaps least{kept(now.standing, margin), kept(now.moving, margin)};
   Motion m = start;
   for (double time = 0.0;;) {
     const bool braking = time >= hold;
@@ -145,7 +152,8 @@ bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& com
     if (!braking) dt = std::min(dt, hold - time);
     m = followed(m, braking ? Command{0.0, 0.0} : command, ramps_, dt);
     time += dt;
-    if (gap_at(m.pose, time, margin) < least) return false;
+    const Gaps then = gaps(m.pose, time, margin);
+    if (then.standing < least.standing || then.moving < least.moving) return false;
     if (m.v > kStill && !shown(map, m.pose, footprint_.front())) return false;
     if (m.v < -kStill && !shown(map, m.pose, footprint_.back())) return false;
   }

@@ -39,7 +39,7 @@ class Guard {
   /// Throws std::invalid_argument for numbers that are not finite.
   void look(const ObstacleMap& map, double x, double y, double reach, const double* moving, std::size_t k);
 
-  /// From the hull to the nearest point [m], infinity where there is none within reach.
+  /// From the hull to the nearest point that does not move [m], infinity where there is none within reach.
   double gap(const Pose& pose) const;
 
   /// Whether a base that moves so can follow the command for `hold` seconds, then brake, and come no nearer than
@@ -61,7 +61,10 @@ class Guard {
   struct Point {
     double x, y, vx, vy;
   };
-  double gap_at(const Pose& pose, double after, double beyond) const;
+  struct Gaps {
+    double standing, moving;
+  };
+  Gaps gaps(const Pose& pose, double after, double beyond) const;
   bool passed_by(const Pose& pose, double from, double linger, double margin) const;
   bool shown(const ObstacleMap& map, const Pose& pose, double ahead) const;
 
@@ -70,6 +73,10 @@ class Guard {
   std::vector<Point> points_;  // those that move last
   std::size_t moving_ = 0;
 };
+
+/// So deep things are taken to be behind what is seen of them, as far as the ground there was never seen [m]: a tail
+/// that swings must not meet the far side of a post.
+constexpr double kDepth = 0.15;
 
 /// What a base must keep free that now has so much room: the margin, or, where it is nearer already, hardly less.
 double kept(double gap, double margin);

@@ -83,7 +83,7 @@ void Manoeuvre::begin(const ObstacleMap& map, const NavigationFunction& function
   closed_.assign(static_cast<std::size_t>(kPlaces) * kPlaces * kHeadings, 0);
   std::vector<double> points(others, others + 2 * k);
   reach_ = footprint_.circumscribed() + margin;
-  map.points_near(start.x, start.y, kReach + reach_, points);
+  map.points_near(start.x, start.y, kReach + reach_, kDepth, points);
   fill_bins(points);
   margin_ = kept(gap(start), margin);
   running_ = true;

@@ -19,6 +19,8 @@ constexpr int kHit = 3, kStrongest = 12;
 constexpr int kMeanOf = 12;
 // A beam that passes farther from the point than this says nothing about it: it may be a wall that the beam grazes.
 constexpr double kThrough = 0.02;
+// So many beams must have come through a cell's middle before it counts as one where nothing was.
+constexpr std::uint8_t kPassed = 4;
 // Beams are followed so far: beyond, they lie too far apart to say what is free.
 constexpr double kFollowed = 10.0;
 // Nothing is said about the last stretch before the point that a beam ended at [m].
@@ -116,7 +118,8 @@ void ObstacleMap::hit(double x, double y, std::uint32_t now_ms) {
   Cell& cell = cells_[window_.index(c, r)];
   if (cell.evidence == 0) {
     cell.points = 0;
-    cell.born = cell.seen != 0;
+    cell.born = cell.passed >= kPassed;
+    cell.passed = 0;
     cell.born_ms = now_ms;
   }
   cell.points = static_cast<std::uint8_t>(std::min<int>(cell.points + 1, kMeanOf));
@@ -140,6 +143,10 @@ void ObstacleMap::trace(double x, double y, double dx, double dy, double length)
     if (window_.holds(c, r)) {
       Cell& cell = cells_[window_.index(c, r)];
       cell.seen = 1;
+      if (cell.passed < kPassed) {
+        const double px = (c + 0.5) * cell_ - x, py = (r + 0.5) * cell_ - y;
+        cell.passed = static_cast<std::uint8_t>(cell.passed + (std::abs(px * dy - py * dx) <= kThrough));
+      }
       if (cell.evidence > 0) {
         const double px = static_cast<double>(cell.x) - x, py = static_cast<double>(cell.y) - y;
         const double along = px * dx + py * dy;
@@ -196,13 +203,26 @@ void ObstacleMap::clear() {
   std::fill(cells_.begin(), cells_.end(), Cell{});
 }
 
-void ObstacleMap::points_near(double x, double y, double reach, std::vector<double>& points) const {
-  for_cells_near(x, y, reach, [&](std::size_t i, std::int32_t, std::int32_t) {
+void ObstacleMap::points_near(double x, double y, double reach, double depth,
+                              std::vector<double>& points) const {
+  const auto deep = static_cast<std::int32_t>(std::lround(depth / cell_));
+  for_cells_near(x, y, reach, [&](std::size_t i, std::int32_t c, std::int32_t r) {
     const Cell& cell = cells_[i];
-    if (cell.evidence == 0) return;
-    points.push_back(static_cast<double>(cell.x));
-    points.push_back(static_cast<double>(cell.y));
+    if (cell.evidence > 0) {
+      points.push_back(static_cast<double>(cell.x));
+      points.push_back(static_cast<double>(cell.y));
+    } else if (!cell.seen && deep > 0 && near_point(c, r, deep)) {
+      points.push_back((c + 0.5) * cell_);
+      points.push_back((r + 0.5) * cell_);
+    }
   });
+}
+
+bool ObstacleMap::near_point(std::int32_t column, std::int32_t row, std::int32_t cells) const {
+  for (std::int32_t r = row - cells; r <= row + cells; ++r)
+    for (std::int32_t c = column - cells; c <= column + cells; ++c)
+      if (window_.holds(c, r) && cells_[window_.index(c, r)].evidence > 0) return true;
+  return false;
 }
 
 double ObstacleMap::age(double x, double y, std::uint32_t now_ms) const {

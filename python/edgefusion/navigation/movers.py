@@ -28,7 +28,10 @@ with the time for which it is foretold."""
 
 SLOWEST_MPS, FASTEST_MPS = 0.25, 2.5
 _COASTS_S, _RIM_OF_VIEW = 3.0, math.radians(30)
-_GATE_M, _LOST_S, _SPAN_S, _LEAST_S = 0.5, 0.7, 0.7, 0.15
+STEADY_M = 0.15
+"""A mover is never farther off the straight line that it walks."""
+
+_GATE_M, _LOST_S, _SPAN_S, _LEAST_S, _LEAST_SEEN = 0.5, 0.7, 0.7, 0.25, 3
 _RIM = np.stack([np.cos(np.arange(12) * math.pi / 6), np.sin(np.arange(12) * math.pi / 6)], axis=1)
 _NS_PER_S = 1e9
 
@@ -48,13 +51,15 @@ class Track:
         """whole: nothing of it reaches out of the view; else it seems to be slower than it is."""
         self.seen = [entry for entry in self.seen if stamp_ns - entry[0] <= _SPAN_S * _NS_PER_S] + [(stamp_ns, place)]
         times = np.array([ns - stamp_ns for ns, _ in self.seen]) / _NS_PER_S
-        if times[-1] - times[0] < _LEAST_S or len(times) < 3:
+        if times[-1] - times[0] < _LEAST_S or len(times) < _LEAST_SEEN:
             return
         places = np.array([place for _, place in self.seen])
-        off = times - times.mean()
-        vx, vy = (off @ places) / (off @ off)
-        if whole or self.velocity is None or math.hypot(vx, vy) > math.hypot(*self.velocity):
-            self.velocity = float(vx), float(vy)
+        off, from_middle = times - times.mean(), places - places.mean(axis=0)
+        velocity = off @ from_middle / (off @ off)
+        if np.abs(from_middle - off[:, None] * velocity).max() > STEADY_M:
+            self.velocity = None  # what jumps about is no walker
+        elif whole or self.velocity is None or np.hypot(*velocity) > math.hypot(*self.velocity):
+            self.velocity = float(velocity[0]), float(velocity[1])
 
     def rim(self, stamp_ns: int) -> Floats:
         """The room that it is left at a time, [k, 4] as (x, y, vx, vy)."""
