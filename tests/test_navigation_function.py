@@ -176,7 +176,7 @@ def test_a_door_little_wider_than_the_base_is_open_at_any_angle(angle: float, of
 @given(x=st.floats(0, 0.1), y=st.floats(0, 0.1))
 def test_a_door_narrower_than_what_is_blocked_is_shut_wherever_it_lies(x: float, y: float) -> None:
     room = box(x - 1, y - 1, x + 1, y + 1)
-    door = room[(room[:, 0] < x + 0.99) | (np.abs(room[:, 1] - y) > 0.17)]
+    door = room[(room[:, 0] < x + 0.99) | (np.abs(room[:, 1] - y) > 0.15)]
     assert computed(map_with(door, 0.05), (3.0, 0.0)).outcome == "enclosed"
 
 
