@@ -139,6 +139,7 @@ bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& com
                           start.w,      command.v,    command.w,        margin};
   expect_finite("motion, command, margin", given, 8);
   expect_duration("hold", hold);
+  expect_duration("linger", linger);
   const Gaps now = gaps(start.pose, 0.0, margin);
   const Gaps least{kept(now.standing, margin), kept(now.moving, margin)};
   Motion m = start;

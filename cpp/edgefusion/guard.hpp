@@ -46,7 +46,7 @@ class Guard {
   /// `margin` to anything meanwhile. A base that is nearer already may go where it does not come nearer still. It goes
   /// forward only where its nose, and back only where its tail, comes to ground that was seen.
   ///
-  /// Throws std::invalid_argument for numbers that are not finite and a hold below 0.
+  /// Throws std::invalid_argument for numbers that are not finite, a hold and a linger below 0.
   /// What moves must not come nearer for `linger` seconds after it stands, either.
   bool free(const ObstacleMap& map, const Motion& start, const Command& command, double hold, double margin,
             double linger) const;
