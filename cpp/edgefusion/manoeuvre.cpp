@@ -85,7 +85,7 @@ void Manoeuvre::begin(const ObstacleMap& map, const NavigationFunction& function
   reach_ = footprint_.circumscribed() + margin;
   map.points_near(start.x, start.y, kReach + reach_, kDepth, points);
   fill_bins(points);
-  margin_ = kept(gap(start), margin);
+  margin_ = margin;
   running_ = true;
   push(function, {start, 0.0, -1, -1});
 }
@@ -129,12 +129,14 @@ double Manoeuvre::gap(const Pose& pose) const {
 double Manoeuvre::room_along(const ObstacleMap& map, const Pose& from, const Step& step, Pose& to) const {
   const double swept = std::abs(step.way) + std::abs(step.turn) * footprint_.circumscribed();
   const int parts = std::max(1, static_cast<int>(std::ceil(swept / kStride)));
+  // Nearer than the margin, as the start may be, it only gets farther away.
+  const double least = std::min(margin_, gap(from));
   double smallest = kNone;
   for (int i = 1; i <= parts; ++i) {
     const double share = static_cast<double>(i) / parts;
     to = moved(from, share * step.way, share * step.turn);
     const double room = gap(to);
-    if (room < margin_) return -1.0;
+    if (room < least) return -1.0;
     smallest = std::min(smallest, room);
     if (step.way == 0.0) continue;
     const double edge = step.way > 0.0 ? footprint_.front() : footprint_.back();

@@ -25,6 +25,9 @@ POSES_A_STEP = 300
 GAIN_M = 0.6
 """A manoeuvre leads so much nearer to the goal."""
 
+PLANNED = 0.6
+"""Of the margin is kept where a manoeuvre is planned; driven, it may come a little nearer (steering.CLOSE)."""
+
 SPEED_MPS = 0.15
 
 _DONE_M, _DONE = 0.01, math.radians(2)
@@ -53,7 +56,7 @@ class Manoeuvring:
         """Looks for a way from here: down the field, or, turning or close to the goal, to the goal's pose."""
         left_m = self._field.value(pose.x_m, pose.y_m)
         others = self._surroundings.rear_m
-        common = (self._surroundings.map, self._field.function, _row(pose), self._margin_m / 2, others)
+        common = (self._surroundings.map, self._field.function, _row(pose), PLANNED * self._margin_m, others)
         self.to_goal = turning or left_m < GAIN_M
         if self.to_goal:
             heading_tolerance = max(goal.heading_tolerance, _DONE + math.radians(3.75))  # half a step of the search

@@ -16,7 +16,7 @@ from edgefusion.navigation.field import Field
 from edgefusion.navigation.function_field import FunctionField
 from edgefusion.navigation.khatib_field import KhatibField
 from edgefusion.navigation.local_frame import LocalFrame
-from edgefusion.navigation.manoeuvring import Manoeuvring, first_unfit
+from edgefusion.navigation.manoeuvring import PLANNED, Manoeuvring, first_unfit
 from edgefusion.navigation.patience import Patience, Stall
 from edgefusion.navigation.progress import Progress, Reason, State
 from edgefusion.navigation.steering import Steering
@@ -139,7 +139,7 @@ class Navigator:
             return None, ""
         if m.searching:
             if m.search() is False:
-                x, y = first_unfit(self._field, self._surroundings, at, self._navigation.margin_m / 2)
+                x, y = first_unfit(self._field, self._surroundings, at, PLANNED * self._navigation.margin_m)
                 self._surroundings.map.avoid(x, y, _AVOIDED_M)
             return Twist2D(), "looks for a way out"
         if not m.driving:
