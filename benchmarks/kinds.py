@@ -63,7 +63,7 @@ def _alone(kind: Kind, seed: int) -> World:
     """A random room with nothing in it but one object, in its middle, looking along x."""
     room = random_world(seed, [kind], things=0)
     thing = Thing(kind.name, kind, Pose2D(), seed)
-    return World(room.name, seed, room.floor, room.ceiling_m, room.walls, (thing,), Pose2D(), Pose2D(), ())
+    return World(room.name, seed, room.floor, room.ceiling_m, room.walls, (thing,), Pose2D(), Pose2D())
 
 
 def said_of(

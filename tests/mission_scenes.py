@@ -15,8 +15,8 @@ from edgefusion.navigation.mission import Mission
 from edgefusion.navigation.mission_step import MissionState, MissionStep
 from edgefusion.navigation.progress import Progress, Reason, State
 from edgefusion.sim.robot import BaseSpec, SimBase
-from edgefusion.sim.route import RouteFollower, RouteLimits
 from edgefusion.types import ClassScore, Cluster, Detection, Goal, Pose2D, Scan, Twist2D, Vote
+from straight_drive import StraightDrive
 
 S = 1_000_000_000
 TICK_NS, FRAME_NS, LATE_NS, PICTURE_NS = 50_000_000, 200_000_000, 400_000_000, 800_000_000
@@ -57,14 +57,13 @@ class OpenGround:
 
     def __init__(self, jams: Callable[[Goal], bool] | None = None, stiff: Callable[[Goal], bool] | None = None) -> None:
         self._jams, self._stiff = jams or (lambda goal: False), stiff or (lambda goal: False)
-        self._id, self._follower = "", RouteFollower([], Pose2D())
+        self._id, self._follower = "", StraightDrive(Goal("", Pose2D()))
         self.stamps_ns: list[int] = []
 
     def step(self, stamp_ns: int, scan: Scan | None, pose: Pose2D, goal: Goal) -> tuple[Twist2D, Progress]:
         self.stamps_ns.append(stamp_ns)
         if goal.id != self._id:
-            limits = RouteLimits(place_m=goal.position_tolerance_m, direction=goal.heading_tolerance)
-            self._id, self._follower = goal.id, RouteFollower([], goal.pose, limits)
+            self._id, self._follower = goal.id, StraightDrive(goal)
         way_m = self._follower.way_left_m(pose)
         if self._jams(goal):
             return Twist2D(), Progress(goal.id, State.BLOCKED, way_m, reason=Reason.ENCLOSED)

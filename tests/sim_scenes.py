@@ -47,7 +47,7 @@ def crate(name: str, x: float, y: float, size: tuple[float, float, float], theta
 def built(things: Sequence[Thing], ceiling_m: float | None = None, walls: Sequence[Wall] = ()) -> BuiltWorld:
     """A world with these things, its plan at the height of the default rig's laser."""
     start = Pose2D()
-    world = World("scene", 1, "asphalt", ceiling_m, tuple(walls), tuple(things), start, start, ())
+    world = World("scene", 1, "asphalt", ceiling_m, tuple(walls), tuple(things), start, start)
     return build(world, LASER_HEIGHT_M)
 
 

@@ -15,7 +15,7 @@ from edgefusion.sim.world import Wall, World
 from edgefusion.types import Pose2D
 
 WALL = Wall((1.0, 2.0), (4.0, 6.0), 2.5, 0.2, "facade")
-WORLD = World("w", 5, "tiles", 2.5, (WALL,), (), Pose2D(), Pose2D(), ())
+WORLD = World("w", 5, "tiles", 2.5, (WALL,), (), Pose2D(), Pose2D())
 FINISHES = {f"wall of {name}": finish for name, finish in WALLS.items()}
 FINISHES.update({f"floor of {name}": finish for name, finish in FLOORS.items()})
 EVEN = ["wall of plaster", "wall of concrete", "floor of linoleum", "floor of asphalt"]

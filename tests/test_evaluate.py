@@ -79,7 +79,6 @@ seed = 1
 floor = "tiles"
 start = [0, 0, 0]
 goal = [1, 0, 0]
-route = []
 """
 
 

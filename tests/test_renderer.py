@@ -48,7 +48,7 @@ def furnished(order: int = 1) -> BuiltWorld:
     names = ("oscilloscope", "barrel", "crate")
     places = ((2.4, 0.3), (3.2, 0.6), (2.9, -0.8))
     things = [Thing(name, CATALOGUE[name], Pose2D(x, y, np.pi), 5) for name, (x, y) in zip(names, places)]
-    world = World("room", 4, "tiles", 2.5, (BEHIND,), tuple(things[::order]), HERE, HERE, ())
+    world = World("room", 4, "tiles", 2.5, (BEHIND,), tuple(things[::order]), HERE, HERE)
     return build(world, RIG.laser_height_m)
 
 

@@ -37,7 +37,7 @@ def world() -> BuiltWorld:
     wall = Wall((-1.0, 2.0), (6.0, 2.0), 2.4, 0.1, "plaster")
     thing = Thing("scope", CATALOGUE["oscilloscope"], Pose2D(3.0, 0.3, math.pi), 1)
     return build(
-        World("small", 3, "linoleum", None, (wall,), (thing,), Pose2D(0.5, 0.2, 0.1), Pose2D(2, 0), ()),
+        World("small", 3, "linoleum", None, (wall,), (thing,), Pose2D(0.5, 0.2, 0.1), Pose2D(2, 0)),
         RIG.laser_height_m,
     )
 

@@ -28,7 +28,6 @@ HEAD = {
     "floor": "'carpet'",
     "start": "[0, 0, 0]",
     "goal": "[4, 0, 90]",
-    "route": "[[1, 1], [3, 1]]",
 }
 WALL = {"points": "[[-1, -2], [6, -2], [6, 3]]", "height_m": "2.5", "thickness_m": "0.1", "finish": "'plaster'"}
 CRATE = {"kind": "'crate'", "pose": "[2, -1, 0]", "size": "[0.5, 0.6, 0.7]"}
@@ -61,7 +60,6 @@ def test_a_file_is_read_as_it_says_and_degrees_become_radians(path: Path) -> Non
     assert (world.name, world.description, world.seed) == ("small", "a room", 7)
     assert (world.floor, world.ceiling_m) == ("carpet", 2.4)
     assert (world.start, world.goal) == (Pose2D(), Pose2D(4, 0, math.pi / 2))
-    assert world.route == ((1, 1), (3, 1))
     assert world.walls == (Wall((-1, -2), (6, -2), 2.5, 0.1, "plaster"), Wall((6, -2), (6, 3), 2.5, 0.1, "plaster"))
     (thing,) = world.things
     assert (thing.name, thing.kind.name, thing.pose) == ("crate 1", "crate", Pose2D(2, -1, math.pi / 4))
@@ -101,7 +99,7 @@ def test_seeds_follow_from_the_worlds_and_the_place_in_the_file_unless_given(pat
         ({"start": "[0, 0]"}, r"Expected `array` of length 3, got 2 - at `\$.start`"),
         ({"start": "[nan, 0, 0]"}, r"at `\$.start\[0\]`"),
         ({"goal": "[4, 0, 900]"}, r"Expected `float` <= 360.0 - at `\$.goal\[2\]`"),
-        ({"route": "[[1, 1000]]"}, r"Expected `float` <= 100.0 - at `\$.route\[0\]\[1\]`"),
+        ({"goal": "[4, 1000, 0]"}, r"Expected `float` <= 100.0 - at `\$.goal\[1\]`"),
         ({"floor": "'lava'"}, "floor: expected one of asphalt, carpet, concrete, .*, got 'lava'$"),
     ],
 )
@@ -169,7 +167,7 @@ def test_objects_may_touch_each_other(path: Path) -> None:
 
 def test_turned_objects_are_apart_where_only_their_boxes_would_overlap(path: Path) -> None:
     two = [{"pose": "[2, -1, 45]"}, {"pose": "[2.5, -0.5, 45]"}]
-    assert len(load_world(write(path, *two, route="[[1, 1.5], [3, 1.5]]")).things) == 2
+    assert len(load_world(write(path, *two)).things) == 2
 
 
 @pytest.mark.parametrize(
@@ -178,14 +176,7 @@ def test_turned_objects_are_apart_where_only_their_boxes_would_overlap(path: Pat
         ({}, "[0.5, 0, 0]", r"start: expected 0.3 m free on all sides, got 0.25 m to crate 1$"),
         ({}, "[0, 0, 0]", r"start: expected 0.3 m free on all sides, got 0.00 m to crate 1$"),
         ({}, "[4.5, 0, 0]", r"goal: expected 0.3 m free on all sides, got 0.25 m to crate 1$"),
-        (
-            {},
-            "[2, 1.5, 0]",
-            r"route, from \(1, 1\) to \(3, 1\): expected 0.3 m free on all sides, got 0.20 m to crate 1$",
-        ),
-        ({}, "[2, 1, 0]", r"route, from \(1, 1\) to \(3, 1\): .* got 0.00 m to crate 1$"),
-        ({"route": "[]"}, "[2, 0.3, 0]", r"route, from \(0, 0\) to \(4, 0\): .* got 0.00 m to crate 1$"),
-        ({"route": "[[5.8, 1]]"}, "[2, 2, 0]", r"route, from \(0, 0\) to \(5.8, 1\): .* got 0.1\d m to the wall from"),
+        ({"goal": "[5.8, 1, 0]"}, "[2, 2, 0]", r"goal: .* got 0.1\d m to the wall from \(6, -2\) to \(6, 3\)$"),
     ],
 )
 def test_what_the_robot_would_run_into_is_refused(path: Path, head: dict[str, str], pose: str, message: str) -> None:

@@ -9,16 +9,18 @@ import math
 import numpy as np
 import pytest
 
+from edgefusion.config import Config
+from edgefusion.navigation.navigator import Navigator
+from edgefusion.navigation.progress import State
 from edgefusion.sim.built_world import BuiltWorld, build
 from edgefusion.sim.floor_plan import distances_m
+from edgefusion.sim.hull import Hull, bounded
 from edgefusion.sim.kinds import CATALOGUE
+from edgefusion.sim.plan_simulation import PlanSimulation, PlanSpec
 from edgefusion.sim.rig import Rig
-from edgefusion.sim.robot import SimBase
-from edgefusion.sim.route import RouteFollower
 from edgefusion.sim.world import World
-from edgefusion.sim.world_check import ROBOT_RADIUS_M
 from edgefusion.sim.world_file import load_world, world_names
-from edgefusion.types import Pose2D
+from edgefusion.types import Goal, Pose2D
 
 RIG = Rig()
 STEP_NS = 50_000_000
@@ -38,14 +40,19 @@ def built(request: pytest.FixtureRequest, worlds: dict[str, World]) -> BuiltWorl
 
 @pytest.fixture(scope="module")
 def driven(built: BuiltWorld) -> list[Pose2D]:
-    """Where a base comes along on its route, five minutes at most."""
-    world = built.world
-    base, follower = SimBase(pose=world.start), RouteFollower(world.route, world.goal)
-    poses = [base.pose]
-    while not follower.arrived and len(poses) < 6000:
-        base.command(follower.step(base.pose))
-        base.step(STEP_NS)
-        poses.append(base.pose)
+    """Where a robot comes along that finds its way from start to goal, two minutes at most."""
+    world, config = built.world, Config()
+    delay_ns = round(config.base.command_delay_s * 1e9)
+    spec = PlanSpec(config.base.footprint_m, laser_pose=Pose2D(*config.base.laser_pose), command_delay_ns=delay_ns)
+    sim, navigator = PlanSimulation(built.plan.segments, world.start, spec), Navigator(config.navigation, config.base)
+    goal, state = Goal("goal", world.goal.relative_to(world.start)), State.DRIVING
+    poses = [sim.pose]
+    while state in (State.DRIVING, State.TURNING) and len(poses) < 2400:
+        twist, progress = navigator.step(sim.stamp_ns, sim.newest_scan(), sim.odometry, goal)
+        sim.command(twist)
+        sim.step_to(sim.stamp_ns + STEP_NS)
+        state = progress.state
+        poses.append(sim.pose)
     return poses
 
 
@@ -96,20 +103,25 @@ def test_the_laser_meets_every_object(built: BuiltWorld) -> None:
     assert all(len(built.plan.of(index)) for index in range(len(built.bodies)))
 
 
-def test_a_base_arrives_on_its_route_and_keeps_clear_of_everything(built: BuiltWorld, driven: list[Pose2D]) -> None:
+def test_a_robot_finds_its_way_to_the_goal_and_touches_nothing(built: BuiltWorld, driven: list[Pose2D]) -> None:
     arrived = driven[-1].relative_to(built.world.goal)
-    assert math.hypot(arrived.x_m, arrived.y_m) < 0.1 and abs(arrived.theta) < math.radians(3)
-    assert distances_m([(pose.x_m, pose.y_m) for pose in driven], built.plan.segments).min() > ROBOT_RADIUS_M
+    assert math.hypot(arrived.x_m, arrived.y_m) < 0.06 and abs(arrived.theta) < math.radians(3.5)
+    hull, plan = Hull(Config().base.footprint_m), bounded(built.plan.segments)
+    assert min(hull.clearance_m(pose, plan) for pose in driven) > 0
 
 
-def test_on_its_route_a_base_passes_before_three_objects_of_four(built: BuiltWorld, driven: list[Pose2D]) -> None:
+def test_on_its_way_a_robot_passes_before_every_second_object(built: BuiltWorld, driven: list[Pose2D]) -> None:
     world = built.world
     seen = [any(straight_ahead(pose, world, index) for pose in driven) for index in range(len(world.things))]
-    assert sum(seen) >= 0.75 * len(seen)
+    assert sum(seen) >= 0.5 * len(seen)
 
 
-def test_objects_look_at_the_side_that_one_sees_them_from(built: BuiltWorld, driven: list[Pose2D]) -> None:
+def test_three_of_four_objects_look_at_the_side_that_one_sees_them_from(
+    built: BuiltWorld, driven: list[Pose2D]
+) -> None:
+    turned = []
     for index, thing in enumerate(built.world.things):
         seen_from = [pose.relative_to(thing.pose) for pose in driven if straight_ahead(pose, built.world, index)]
         if seen_from:
-            assert min(abs(math.atan2(each.y_m, each.x_m)) for each in seen_from) < math.radians(60), thing.name
+            turned.append(min(abs(math.atan2(each.y_m, each.x_m)) for each in seen_from))
+    assert sum(angle < math.radians(60) for angle in turned) >= 0.75 * len(turned)

@@ -32,7 +32,7 @@ _OUTSIDE = ("asphalt", "concrete")
 def random_world(seed: int, kinds: Sequence[Kind], things: int = 9) -> World:
     """A world with up to so many objects of these kinds; the same seed gives the same world.
 
-    The start is where no object is near, the goal and the route are empty: nobody drives there by itself.
+    The start is where no object is near, the goal is there, too: nobody drives there by itself.
     Objects keep apart by their rectangles, in whose middle their bodies are only about: in one world of twenty two of
     them, or one and a wall, stand in each other, by 34 mm at most in the first hundred.
     """
@@ -46,7 +46,7 @@ def random_world(seed: int, kinds: Sequence[Kind], things: int = 9) -> World:
         placed.add(kinds[int(rng.integers(len(kinds)))])
     floor = str(rng.choice(np.asarray(_OUTSIDE if outside else _INSIDE)))
     ceiling_m = None if outside else walls[0].height_m
-    return World(f"random-{seed}", seed, floor, ceiling_m, tuple(walls), tuple(placed.things), Pose2D(), Pose2D(), ())
+    return World(f"random-{seed}", seed, floor, ceiling_m, tuple(walls), tuple(placed.things), Pose2D(), Pose2D())
 
 
 def _room(rng: Rng, depth: float, width: float, height_m: float, finishes: Sequence[str]) -> list[Wall]:

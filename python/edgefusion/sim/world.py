@@ -44,8 +44,8 @@ class Thing:
 class World:
     """A place to drive in.
 
-    floor: one of building.FLOORS. ceiling_m: its height, None under the sky. start, goal: of the robot; route: the
-    points it is driven along on the way, where nobody navigates. description: one line about it.
+    floor: one of building.FLOORS. ceiling_m: its height, None under the sky. start, goal: of the robot.
+    description: one line about it.
     """
 
     name: str
@@ -56,5 +56,4 @@ class World:
     things: tuple[Thing, ...]
     start: Pose2D
     goal: Pose2D
-    route: tuple[Point, ...]
     description: str = ""

@@ -61,7 +61,7 @@ class ObjectEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
 
 class WorldFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """NAME.toml. Without a ceiling the sky is seen; the route may be empty where the way to the goal is straight."""
+    """NAME.toml. Without a ceiling the sky is seen."""
 
     version: Literal[1]
     name: _Name
@@ -71,7 +71,6 @@ class WorldFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     ceiling_m: Optional[_Height] = None
     start: _Pose
     goal: _Pose
-    route: Annotated[List[_Corner], msgspec.Meta(max_length=200)]
     walls: Annotated[List[WallEntry], msgspec.Meta(max_length=200)] = []
     objects: Annotated[List[ObjectEntry], msgspec.Meta(max_length=MOST_THINGS)] = []
 
@@ -112,7 +111,6 @@ def _world(content: WorldFile) -> World:
         things=tuple(_things(content)),
         start=_pose(content.start),
         goal=_pose(content.goal),
-        route=tuple(content.route),
         description=content.description,
     )
 

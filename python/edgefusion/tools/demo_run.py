@@ -14,71 +14,62 @@ from typing import Any, Iterator
 from tqdm import tqdm
 
 from edgefusion.clock import Clock, system_clock
-from edgefusion.config import Config
-from edgefusion.perception.classifier import open_classifier
-from edgefusion.perception.detector import Detector
 from edgefusion.sim.built_world import build
 from edgefusion.sim.renderer import Renderer
-from edgefusion.sim.rig import Rig
-from edgefusion.sim.robot import BaseSpec
-from edgefusion.sim.simulation import Simulation
 from edgefusion.sim.world import World
-from edgefusion.tools.drive import Drive, Look, Pacing
+from edgefusion.tools.demo_robot import demo_robot
+from edgefusion.tools.drive import Drive, Pacing
 from edgefusion.tools.drive_report import report_of
 from edgefusion.tools.drive_tally import DriveTally
-from edgefusion.tools.geometry import calibration_of
 from edgefusion.tools.live_view import LiveView
-from edgefusion.tools.look_pictures import LookPictures
 from edgefusion.tools.report_folder import ReportFolder
-
-BASE = BaseSpec(slip_m=0.002, left_drift_percent=0.1)
-"""A base whose odometry is off by some centimetres after ten metres, as a good one's is."""
+from edgefusion.tools.vision import Look
 
 _NS_PER_S = 1e9
-_BAR = "{l_bar}{bar}| {n:.1f} of {total:.1f} m [{elapsed}<{remaining}]"
+_BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.1f} of {total:.1f} m [{elapsed}]"
 
 
 @dataclass(frozen=True)
 class DemoOptions:
-    """port: of the live view, 0 for a free one, None for no view. command: what was typed, for the report."""
+    """interest: labels and groups to inspect. port: of the live view, 0 for a free one, None for no view. command:
+    what was typed, for the report."""
 
     world: World
     out: Path
     overwrite: bool
     model: Path
     seed: int
+    interest: tuple[str, ...]
     port: int | None
     command: str
 
 
 def run_demo(options: DemoOptions) -> dict[str, Any]:
     """Drives, writes the report's folder, returns what is in report.json. Raises RefusedError."""
-    rig, config = Rig(), Config()
-    calibration = calibration_of(rig)
-    detector = Detector(open_classifier(options.model), calibration, config.perception)
-    pictures = LookPictures(calibration, config.perception)
+    robot = demo_robot(options.model, options.interest)
     with ExitStack() as stack:
-        folder = stack.enter_context(ReportFolder(options.out, options.overwrite, pictures))
-        renderer = stack.enter_context(Renderer(rig))
+        folder = stack.enter_context(ReportFolder(options.out, options.overwrite, robot.pictures))
+        renderer = stack.enter_context(Renderer(robot.rig))
         view = None if options.port is None else stack.enter_context(_open_view(options.port))
         began_ns = system_clock()
-        world = build(options.world, rig.laser_height_m)
-        simulation = Simulation(world, rig, renderer, options.seed, BASE)
-        pacing = _as_fast_as_it_can if view is None else real_time(system_clock)
-        drive, tally = Drive(simulation, detector, config.sync, pacing), DriveTally(world, calibration)
+        world = build(options.world, robot.rig.laser_height_m)
+        pacing = as_fast_as_it_can if view is None else real_time(system_clock)
+        drive = robot.drive(world, renderer, options.seed, pacing)
+        tally = DriveTally(world, robot.calibration)
         for look in _with_progress(drive):
             folder.add(look, tally.add(look))
             if view is not None:
-                view.show(pictures.everything(look.shot, look.detections))
+                view.show(robot.pictures.everything(look.shot, look.detections))
+        inspected = [folder.keep(result) for result in drive.log.inspections]
         report = {
-            **report_of(world, drive, tally, folder.pictured),
+            **report_of(world, drive, tally, folder.pictured, inspected),
             "command": options.command,
             "model": str(options.model),
             "seed": options.seed,
             "live": view is not None,
             "took_s": (system_clock() - began_ns) / _NS_PER_S,
         }
-        folder.write(report, world, drive.trail, tally.distance_errors_m())
+        folder.write(report, world, drive.log, tally.distance_errors_m())
     return report
 
 
@@ -95,15 +86,17 @@ def _open_view(port: int) -> LiveView:
 
 
 def _with_progress(drive: Drive) -> Iterator[Look]:
-    """The looks of a drive, with a bar that shows how far it has got."""
+    """The looks of a drive, with a bar that shows what the mission does and how far it has got: straight to the goal,
+    and never back, though a way round something leads away from it for a while."""
     with tqdm(total=drive.way_m, bar_format=_BAR, disable=None, file=sys.stderr) as bar:
         for look in drive:
-            bar.update(drive.way_m - drive.way_left_m - bar.n)
+            bar.set_description_str(f"{drive.state.value:<10}", refresh=False)
+            bar.update(max(0.0, drive.way_m - drive.way_left_m - bar.n))
             yield look
-        bar.update(drive.way_m - bar.n)
+        bar.set_description_str(f"{drive.state.value:<10}")
 
 
-def _as_fast_as_it_can(stamp_ns: int) -> None:
+def as_fast_as_it_can(stamp_ns: int) -> None:
     """Nobody watches."""
 
 

@@ -1,130 +1,132 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""A drive through a simulated world, from its start along its route to its goal, with the detector watching."""
+"""A drive through a simulated world: the mission drives it to its goal, past the safety gate, and vision watches."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Callable, Iterator, NamedTuple
+from typing import Callable, Iterator
 
-from edgefusion.config import SyncConfig
-from edgefusion.perception.detector import Detector, StageTimes
-from edgefusion.perception.sync import Pair, Synchronizer
-from edgefusion.sim.floor_plan import distances_m
-from edgefusion.sim.route import RouteFollower
-from edgefusion.sim.simulation import Simulation
-from edgefusion.sim.snapshot import Snapshot
-from edgefusion.types import Detection, Pose2D
+from edgefusion.config import Config
+from edgefusion.navigation.law import as_carried
+from edgefusion.navigation.mission import Mission
+from edgefusion.navigation.mission_step import MissionState
+from edgefusion.navigation.navigator import Navigator
+from edgefusion.navigation.safety import SafetyGate, Stamps
+from edgefusion.perception.detector import Detector
+from edgefusion.sim.hull import Hull, bounded
+from edgefusion.sim.simulation import STEP_NS, Simulation
+from edgefusion.tools.drive_log import DriveLog, Moment
+from edgefusion.tools.look_pictures import LookPictures
+from edgefusion.tools.vision import Look, Vision
+from edgefusion.types import Goal, Health, HealthState, Scan, Twist2D
 
 TICK_NS = 50_000_000
-"""The base gets a command 20 times a second."""
+"""A command 20 times a second; the wheels begin to follow it at the next, as BaseConfig.command_delay_s has it."""
 
-LOOK_NS = 250_000_000
-"""The detector takes the first frame after so long, of the camera's 30 a second every eighth; only those are
-rendered."""
+LONGEST_S = 600.0
+"""Whatever happens, a drive is stopped then."""
 
-SLOWEST_MPS, PATIENCE_S = 0.05, 60.0
-"""A drive that takes longer than its way at this speed, and this more, will not end."""
+WELL = (Health("robot", HealthState.OK), Health("laser", HealthState.OK), Health("camera", HealthState.OK))
+"""Simulated devices do not fail."""
 
-_NS_PER_S = 1e9
+_ENDED = (MissionState.ARRIVED, MissionState.BLOCKED, MissionState.STOPPED)
 
 Pacing = Callable[[int], None]
 """Is told the simulation's time at every tick; where somebody watches it waits until that is due."""
 
 
-class Moment(NamedTuple):
-    """Where the base is, and where it believes to be, both in the world; clearance_m: from its middle to the nearest
-    surface at the laser's height."""
-
-    stamp_ns: int
-    pose: Pose2D
-    believed: Pose2D
-    clearance_m: float
-
-
-@dataclass(frozen=True)
-class Look:
-    """One frame through the detector. number: of the frame in the drive. believed: the base's pose in the world by
-    its odometry at the frame's stamp. shot: what the sensors delivered, and the truth. times: the detector's."""
-
-    number: int
-    believed: Pose2D
-    shot: Snapshot
-    detections: list[Detection]
-    times: StageTimes
-
-
 class Drive:
-    """Goes through the drive look by look; `trail` and `pairing` fill up as it goes.
+    """Goes through the drive look by look, to the world's goal; `log` and `clearance_m` follow.
 
-    way_m, way_left_m: along the route to the goal, from the start and from here.
+    clearance_m: the smallest so far between the hull and the plan, inf where there is nothing, 0 at a contact, which
+    ends the drive. way_m, way_left_m: straight to the goal, from the start and from here.
     """
 
-    def __init__(self, simulation: Simulation, detector: Detector, sync: SyncConfig, pace: Pacing) -> None:
+    def __init__(
+        self, simulation: Simulation, detector: Detector, pictures: LookPictures, config: Config, pace: Pacing
+    ) -> None:
         world = simulation.world.world
-        self._simulation, self._detector, self._pace = simulation, detector, pace
-        self._sync = Synchronizer(round(sync.tolerance_s * 1e9), round(sync.horizon_s * 1e9))
-        self._start, self._follower = world.start, RouteFollower(world.route, world.goal)
-        self.way_m = self.way_left_m = self._follower.way_left_m(world.start)
-        self._limit_ns = round((self.way_m / SLOWEST_MPS + PATIENCE_S) * _NS_PER_S)
-        self._scan_ns, self._frame_ns = -1, -LOOK_NS  # the newest that were taken
-        self.trail: list[Moment] = []
+        self._simulation, self._pace, self._start = simulation, pace, world.start
+        self._goal = world.goal.relative_to(world.start)
+        self._mission = Mission(config.mission, Navigator(config.navigation, config.base))
+        self._mission.goto([Goal("goal", self._goal)])
+        self._gate = SafetyGate(config.safety, config.base)
+        self._vision = Vision(simulation, detector, config, pictures)
+        self._hull, self._plan = Hull(config.base.footprint_m), bounded(simulation.world.plan.segments)
+        self._scan: Scan | None = None
+        self._sent = Twist2D()
+        self._standing = False
+        self.log, self.clearance_m = DriveLog(), math.inf
+        self.way_m = self.way_left_m = math.hypot(self._goal.x_m, self._goal.y_m)
+
+    @property
+    def state(self) -> MissionState:
+        """How it is going, and in the end how it went."""
+        return self._mission.state
+
+    @property
+    def reason(self) -> str:
+        """Of BLOCKED and STOPPED."""
+        return self._mission.reason
 
     @property
     def pairing(self) -> dict[str, int]:
         """How many scans and frames ended how."""
-        return self._sync.counts
+        return self._vision.pairing
+
+    @property
+    def pictured(self) -> dict[str, str | None]:
+        """Of every picture with its object in it, by the inspection's id, the thing in the world; None for a wall."""
+        return self._vision.objects
 
     def __iter__(self) -> Iterator[Look]:
-        """Drives until it has arrived. Raises RuntimeError when it does not."""
-        number = 0
-        while not self._follower.arrived:
-            if self._simulation.stamp_ns > self._limit_ns:
-                raise RuntimeError(f"the base has not arrived after {self._limit_ns / _NS_PER_S:.0f} s")
+        """Drives until it has arrived, is blocked or is stopped: `state` says which."""
+        while self.state not in _ENDED:
+            yield from self._vision.look(self._scans(), self._standing)
             self._tick()
-            for pair in self._pairs():
-                yield self._look(number, pair)
-                number += 1
-        self.trail.append(self._moment())
+        self.log.ended()
+
+    def _scans(self) -> list[Scan]:
+        """Those that have come since the last time."""
+        after_ns = -1 if self._scan is None else self._scan.stamp_ns
+        scans = [self._simulation.scan(stamp_ns) for stamp_ns in self._simulation.scan_stamps(after_ns)]
+        self._scan = scans[-1] if scans else self._scan
+        return scans
 
     def _tick(self) -> None:
-        """One command, and the time in which it is obeyed."""
-        moment = self._moment()
-        self.trail.append(moment)
-        self.way_left_m = self._follower.way_left_m(moment.believed)
-        self._simulation.command(self._follower.step(moment.believed))
-        self._simulation.step_to(moment.stamp_ns + TICK_NS)
-        self._pace(self._simulation.stamp_ns)
+        """One command, and the time in which the last one is obeyed."""
+        simulation = self._simulation
+        now_ns, odometry = simulation.stamp_ns, simulation.odometry
+        self.log.was_at(Moment(now_ns, simulation.pose, self._start.compose(odometry)))
+        self.way_left_m = math.hypot(self._goal.x_m - odometry.x_m, self._goal.y_m - odometry.y_m)
+        self._stop_where_it_must_end(now_ns)
+        command = self._command(now_ns)
+        simulation.command(self._sent)
+        self._sent = command
+        while simulation.stamp_ns < now_ns + TICK_NS:
+            simulation.step_to(simulation.stamp_ns + STEP_NS)
+            nearest_m = self._hull.clearance_m(simulation.pose, self._plan, self.clearance_m)
+            self.clearance_m = min(self.clearance_m, nearest_m)
+        self._pace(simulation.stamp_ns)
 
-    def _pairs(self) -> list[Pair]:
-        """What the sensors delivered since the last time, as far as it is paired."""
-        pairs: list[Pair] = []
-        for stamp_ns in self._simulation.scan_stamps(self._scan_ns):
-            self._scan_ns = stamp_ns
-            pairs += self._sync.add_scan(self._simulation.scan(stamp_ns))
-        for stamp_ns in self._simulation.frame_stamps(self._frame_ns):
-            if stamp_ns >= self._frame_ns + LOOK_NS:
-                self._frame_ns = stamp_ns
-                pairs += self._sync.add_frame(self._simulation.frame(stamp_ns))
-        return pairs
+    def _command(self, now_ns: int) -> Twist2D:
+        """What the gate lets through of what the mission wants."""
+        odometry = self._simulation.odometry
+        detections, answers = self._vision.arrived(now_ns)
+        step = self._mission.step(now_ns, self._scan, odometry, detections, answers)
+        if step.request is not None:
+            self._vision.ask(step.request)
+        self._standing = step.request is not None or (self._standing and step.result is None)
+        scan_ns = None if self._scan is None else self._scan.stamp_ns
+        stamps = Stamps(scan_ns, now_ns, self._vision.newest_ns, now_ns)
+        decision = self._gate.step(now_ns, WELL, stamps, step.twist)
+        self.log.stepped(step)
+        self.log.decided(decision)
+        return as_carried(decision.twist)
 
-    def _look(self, number: int, pair: Pair) -> Look:
-        simulation, (scan, frame) = self._simulation, pair
-        before, now = simulation.odometry_at(scan.stamp_ns), simulation.odometry_at(frame.stamp_ns)
-        motion = now.relative_to(before)
-        detections = self._detector.detect(scan, frame, motion)
-        shot = Snapshot(
-            scan=scan,
-            frame=frame,
-            motion=motion,
-            owners=simulation.owners(scan.stamp_ns),
-            truth=tuple(simulation.truth(scan.stamp_ns, frame.stamp_ns)),
-        )
-        return Look(number, self._start.compose(now), shot, detections, self._detector.times)
-
-    def _moment(self) -> Moment:
-        simulation, pose = self._simulation, self._simulation.pose
-        clearance_m = distances_m([(pose.x_m, pose.y_m)], simulation.world.plan.segments).min(initial=math.inf)
-        believed = self._start.compose(simulation.odometry)
-        return Moment(simulation.stamp_ns, pose, believed, float(clearance_m))
+    def _stop_where_it_must_end(self, now_ns: int) -> None:
+        if self.clearance_m == 0:
+            self._mission.stop("contact")
+        elif now_ns >= LONGEST_S * 1e9:
+            self._mission.stop(f"not there within {LONGEST_S:g} s")

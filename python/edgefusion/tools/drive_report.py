@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""report.json of a drive: plain values, units in their names."""
+"""report.json of a drive: plain values, units in their names; places and poses in the world, angles in degrees."""
 
 from __future__ import annotations
 
@@ -9,17 +9,23 @@ from typing import Any, Sequence
 
 import numpy as np
 
+from edgefusion.navigation.mission_step import MissionState
+from edgefusion.navigation.safety import Action
 from edgefusion.sim.built_world import BuiltWorld
 from edgefusion.tools.drive import Drive
+from edgefusion.tools.drive_log import DriveLog
 from edgefusion.tools.drive_tally import DriveTally, sighting_row
-from edgefusion.tools.report_folder import Pictured
-from edgefusion.types import UNKNOWN
+from edgefusion.tools.report_folder import Kept, Pictured
+from edgefusion.types import UNKNOWN, Pose2D
 
-VERSION = 1
+VERSION = 2
 
 
-def report_of(world: BuiltWorld, drive: Drive, tally: DriveTally, pictured: Sequence[Pictured]) -> dict[str, Any]:
-    """What was found, beside what was there; sightings with a name come first."""
+def report_of(
+    world: BuiltWorld, drive: Drive, tally: DriveTally, pictured: Sequence[Pictured], kept: Sequence[Kept]
+) -> dict[str, Any]:
+    """How the drive went, what was inspected, and what was found beside what was there; sightings with a name come
+    first."""
     objects = tally.objects()
     counted = [row for row in objects if row["counts"]]
     found = [row for row in counted if row["found"]]
@@ -30,7 +36,15 @@ def report_of(world: BuiltWorld, drive: Drive, tally: DriveTally, pictured: Sequ
         "frames": tally.frames,
         "detections": tally.detections,
         "pairing": drive.pairing,
-        "drive": _drive(world, drive),
+        "drive": drive_figures(drive, world.world.goal),
+        "mission": {
+            "inspections": [_inspection(each, drive, world.world.start) for each in kept],
+            "events": [
+                {"stamp_s": stamp_ns / 1e9, "what": what, "pose": _pose(believed)}
+                for stamp_ns, what, believed in drive.log.events
+            ],
+        },
+        "gate": _gate(drive.log),
         "objects": {
             "in_view": len(counted),
             "found": len(found),
@@ -43,19 +57,70 @@ def report_of(world: BuiltWorld, drive: Drive, tally: DriveTally, pictured: Sequ
     }
 
 
-def _drive(world: BuiltWorld, drive: Drive) -> dict[str, float | None]:
-    """clearance_m: None in a world without anything."""
-    clearance_m = min(moment.clearance_m for moment in drive.trail)
-    end, goal = drive.trail[-1], world.world.goal
-    off, slipped = end.pose.relative_to(goal), end.pose.relative_to(end.believed)
-    steps = np.diff([(moment.pose.x_m, moment.pose.y_m) for moment in drive.trail], axis=0)
+def drive_figures(drive: Drive, goal: Pose2D) -> dict[str, Any]:
+    """odometry_error: of the end pose by odometry, which is all that the robot knows; true_error: of the end pose.
+    clearance_m: of the hull, in the laser's plane; None in a world without anything."""
+    trail = drive.log.trail
+    end = trail[-1]
+    steps = np.diff([(moment.pose.x_m, moment.pose.y_m) for moment in trail], axis=0)
     return {
+        "outcome": drive.state.value,
+        "reason": drive.reason,
+        "arrived": drive.state is MissionState.ARRIVED,
+        "goal": _pose(goal),
         "duration_s": end.stamp_ns / 1e9,
-        "way_m": float(np.hypot(steps[:, 0], steps[:, 1]).sum()),
-        "goal_error_m": math.hypot(off.x_m, off.y_m),
-        "goal_error_deg": abs(math.degrees(off.theta)),
-        "odometry_error_m": math.hypot(slipped.x_m, slipped.y_m),
-        "clearance_m": clearance_m if math.isfinite(clearance_m) else None,
+        "way_m": float(np.hypot(*steps.reshape(-1, 2).T).sum()),
+        **_error("odometry_error", end.believed.relative_to(goal)),
+        **_error("true_error", end.pose.relative_to(goal)),
+        **_error("drift", end.pose.relative_to(end.believed)),
+        "clearance_m": drive.clearance_m if math.isfinite(drive.clearance_m) else None,
+    }
+
+
+def _error(name: str, off: Pose2D) -> dict[str, float]:
+    return {f"{name}_m": math.hypot(off.x_m, off.y_m), f"{name}_deg": abs(math.degrees(off.theta))}
+
+
+def _pose(pose: Pose2D) -> list[float]:
+    return [pose.x_m, pose.y_m, math.degrees(pose.theta)]
+
+
+def _inspection(kept: Kept, drive: Drive, start: Pose2D) -> dict[str, Any]:
+    """object: what the picture's detection really is, None for a wall and where nothing was detected in it."""
+    result = kept.result
+    place = start.compose(Pose2D(*result.place_m))
+    return {
+        "id": result.id,
+        "label": result.label,
+        "group": result.group,
+        "object": drive.pictured.get(result.id),
+        "place_m": [place.x_m, place.y_m],
+        "pose": _pose(start.compose(result.pose)),
+        "distance_m": result.detection.distance_m,
+        "score": result.detection.score,
+        "begun_s": result.begun_ns / 1e9,
+        "stood_s": None if result.stood_ns is None else result.stood_ns / 1e9,
+        "ended_s": result.ended_ns / 1e9,
+        "picture": kept.picture,
+        "json": kept.json,
+        "reason": result.reason,
+        "note": result.note,
+    }
+
+
+def _gate(log: DriveLog) -> dict[str, Any]:
+    """decisions: how many commands it let pass as they were, slowed down, or made zero."""
+    return {
+        "decisions": {action.name.lower(): log.decisions[action] for action in Action},
+        "spells": [
+            {
+                "action": spell.action.name.lower(),
+                "reason": spell.reason,
+                "from_s": spell.from_ns / 1e9,
+                "until_s": spell.until_ns / 1e9,
+            }
+            for spell in log.spells
+        ],
     }
 
 

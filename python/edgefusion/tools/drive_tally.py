@@ -16,10 +16,10 @@ from edgefusion.perception.detector import StageTimes
 from edgefusion.sim.built_world import BuiltWorld
 from edgefusion.sim.truth import ObjectTruth
 from edgefusion.sim.world import Thing
-from edgefusion.tools.drive import Look
 from edgefusion.tools.geometry import iou
 from edgefusion.tools.measure import Seen, compare, owner_of
 from edgefusion.tools.sightings import CONFIRMED_FRAMES, Sighting, Sightings
+from edgefusion.tools.vision import Look
 from edgefusion.types import Detection
 
 BUILDING_NAME = "wall"

@@ -6,9 +6,12 @@ from __future__ import annotations
 
 from html import escape
 from pathlib import Path
-from typing import Iterable, NamedTuple, Sequence
+from typing import Any, Iterable, Mapping, NamedTuple, Sequence
 
 STYLE = Path(__file__).resolve().parents[1] / "data" / "report.css"
+
+Report = Mapping[str, Any]
+"""What is in report.json."""
 
 
 def page(title: str, parts: Iterable[str]) -> str:
@@ -47,6 +50,12 @@ def card(camera: str, scan: str, title: str, caption: str) -> str:
     )
 
 
+def picture(path: str, alt: str, caption: str) -> str:
+    """One picture, path relative to the page, and a caption."""
+    image = f'<a href="{escape(path)}"><img src="{escape(path)}" alt="{escape(alt)}"></a>'
+    return f'<figure class="picture">{image}<figcaption>{escape(caption)}</figcaption></figure>'
+
+
 def plot(stem: str, alt: str) -> str:
     """A plot that is there for a light and for a dark page."""
     return (
@@ -75,3 +84,8 @@ def _row(tag: str, cells: Sequence[Cell], texts: int) -> str:
 
 def _cell(tag: str, text: str, look: str) -> str:
     return f'<{tag} class="{look}">{escape(text)}</{tag}>' if look else f"<{tag}>{escape(text)}</{tag}>"
+
+
+def number(value: float | None, form: str) -> str:
+    """As its form has it; a dash where there is none."""
+    return "-" if value is None else form.format(value)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""The plan of a world with what happened in it: objects, the way, where the robot was and where it saw something."""
+"""The plan of a world with what happened in it: objects, the way, where the robot stopped and what it saw where."""
 
 from __future__ import annotations
 
@@ -14,45 +14,47 @@ from edgefusion.sim.built_world import BuiltWorld
 from edgefusion.sim.floor_plan import BUILDING
 from edgefusion.sim.outline import outline_of
 from edgefusion.sim.world import Point
-from edgefusion.tools.drive import Moment
+from edgefusion.tools.drive_log import Moment
 from edgefusion.tools.report_plots import Plot, Theme
-from edgefusion.types import Pose2D
 
 WIDTH_IN = 7.0
 _MARGIN_M, _LINE = 0.4, 13
+_RADIUS_M, _NOSE_M = 0.2, 0.38
+"""Of a base as it is drawn."""
 
 
-def plan_plot(
-    world: BuiltWorld, trail: Sequence[Moment], verdicts: Mapping[str, bool], sightings: Sequence[Point]
-) -> Plot:
-    """verdicts: of the objects that were in view, by name, whether found and named right. sightings: their places."""
+def plan_plot(world: BuiltWorld, trail: Sequence[Moment], report: Mapping[str, Any]) -> Plot:
+    """report: report.json's, of which this draws sightings, inspections, and whether objects were named right."""
 
     def plot(figure: Any, theme: Theme) -> None:
         axis = figure.subplots()
         axis.set_aspect("equal")
         axis.set(xlabel="x [m]", ylabel="y [m]")
+        verdicts = {row["name"]: row["found"] and row["named"] for row in report["by_object"] if row["counts"]}
         _draw_world(axis, world, verdicts, theme)
         _draw_way(axis, world, trail, theme)
-        if sightings:
-            axis.plot(*np.array(sightings).T, "+", color=theme.ink, markersize=8, label="sightings", zorder=5)
+        _draw_inspections(axis, report["mission"]["inspections"], theme)
+        places = np.array([row["place_m"] for row in report["sightings"]])
+        if len(places):
+            axis.plot(*places.T, "+", color=theme.ink, markersize=8, label="sightings", zorder=5)
         axis.legend(ncol=4, loc="lower center", bbox_to_anchor=(0.5, 1), borderaxespad=0.3)
-        (x0, y0), (x1, y1) = extent_m(world)
+        (x0, y0), (x1, y1) = extent_m(world, trail)
         axis.set(xlim=(x0, x1), ylim=(y0, y1))
 
     return plot
 
 
-def size_in(world: BuiltWorld) -> tuple[float, float]:
+def size_in(world: BuiltWorld, trail: Sequence[Moment]) -> tuple[float, float]:
     """The figure's size for a plan of that shape."""
-    (x0, y0), (x1, y1) = extent_m(world)
+    (x0, y0), (x1, y1) = extent_m(world, trail)
     return WIDTH_IN, float(np.clip(WIDTH_IN * (y1 - y0) / (x1 - x0) + 0.6, 3.0, 11.0))
 
 
-def extent_m(world: BuiltWorld) -> Any:
+def extent_m(world: BuiltWorld, trail: Sequence[Moment]) -> Any:
     """Corners [2, 2] of all that is in the plan, with a margin."""
-    segments = world.plan.segments.reshape(-1, 2)
     ends = [(world.world.start.x_m, world.world.start.y_m), (world.world.goal.x_m, world.world.goal.y_m)]
-    points = np.vstack([segments, ends, np.array(world.world.route).reshape(-1, 2)])
+    way = [(moment.pose.x_m, moment.pose.y_m) for moment in trail]
+    points = np.vstack([world.plan.segments.reshape(-1, 2), ends, way])
     return np.array([points.min(axis=0) - _MARGIN_M, points.max(axis=0) + _MARGIN_M])
 
 
@@ -71,17 +73,14 @@ def _draw_world(axis: Any, world: BuiltWorld, verdicts: Mapping[str, bool], them
         _write(axis, name, middle, color if mark else theme.ink, theme)
 
 
-def _write(axis: Any, text: str, point: Point, color: str, theme: Theme) -> None:
+def _write(axis: Any, text: str, point: Point, color: str, theme: Theme, align: str = "center") -> None:
     from matplotlib.patheffects import withStroke
 
     halo = [withStroke(linewidth=2.5, foreground=theme.ground)]
-    axis.text(*point, text, color=color, fontsize=8, ha="center", va="center", path_effects=halo, zorder=6)
+    axis.text(*point, text, color=color, fontsize=8, ha=align, va="center", path_effects=halo, zorder=6)
 
 
 def _draw_way(axis: Any, world: BuiltWorld, trail: Sequence[Moment], theme: Theme) -> None:
-    start, goal = world.world.start, world.world.goal
-    way = np.array([(start.x_m, start.y_m), *world.world.route, (goal.x_m, goal.y_m)])
-    axis.plot(*way.T, color=theme.faint, linewidth=1, marker="o", markersize=4, label="route", zorder=2)
     for name, label, color, style in (
         ("pose", "true path", theme.truth, "-"),
         ("believed", "odometry", theme.believed, "--"),
@@ -89,14 +88,25 @@ def _draw_way(axis: Any, world: BuiltWorld, trail: Sequence[Moment], theme: Them
         poses = [getattr(moment, name) for moment in trail]
         points = np.array([(pose.x_m, pose.y_m) for pose in poses])
         axis.plot(*points.T, color=color, linestyle=style, linewidth=1.6, label=label, zorder=4)
-    _draw_pose(axis, start, theme)
-    _draw_pose(axis, goal, theme)
+    for text, pose in (("start", world.world.start), ("goal", world.world.goal)):
+        _draw_base(axis, (pose.x_m, pose.y_m), pose.theta, theme.ink)
+        behind = (pose.x_m - _NOSE_M * math.cos(pose.theta), pose.y_m - _NOSE_M * math.sin(pose.theta))
+        _write(axis, text, behind, theme.ink, theme, "right" if math.cos(pose.theta) > 0 else "left")
 
 
-def _draw_pose(axis: Any, pose: Pose2D, theme: Theme) -> None:
+def _draw_inspections(axis: Any, inspections: Sequence[Mapping[str, Any]], theme: Theme) -> None:
+    """Where the robot stood, and the line to where it believes the object to be."""
+    for number, row in enumerate(inspections):
+        (x_m, y_m, degrees), place = row["pose"], row["place_m"]
+        label = None if number else "inspection"
+        axis.plot((x_m, place[0]), (y_m, place[1]), color=theme.good, linewidth=1.4, linestyle=":", label=label)
+        _draw_base(axis, (x_m, y_m), math.radians(degrees), theme.good)
+
+
+def _draw_base(axis: Any, point: Point, theta: float, color: str) -> None:
     """A base from above: a circle with its direction."""
     from matplotlib.patches import Circle
 
-    axis.add_patch(Circle((pose.x_m, pose.y_m), 0.2, facecolor="none", edgecolor=theme.ink, linewidth=1.1, zorder=4))
-    tip = (pose.x_m + 0.35 * math.cos(pose.theta), pose.y_m + 0.35 * math.sin(pose.theta))
-    axis.plot((pose.x_m, tip[0]), (pose.y_m, tip[1]), color=theme.ink, linewidth=1.1, zorder=4)
+    axis.add_patch(Circle(point, _RADIUS_M, facecolor="none", edgecolor=color, linewidth=1.2, zorder=4))
+    tip = (point[0] + _NOSE_M * math.cos(theta), point[1] + _NOSE_M * math.sin(theta))
+    axis.plot((point[0], tip[0]), (point[1], tip[1]), color=color, linewidth=1.2, zorder=4)

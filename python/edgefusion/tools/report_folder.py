@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""The folder that `edgefusion demo` fills: index.html, report.json, detections.jsonl, the pictures and plots."""
+"""The folder that `edgefusion demo` fills: index.html, report.json, detections.jsonl, pictures, plots, inspections."""
 
 from __future__ import annotations
 
@@ -9,18 +9,22 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, Sequence
 
+from edgefusion.navigation.inspection_result import InspectionResult
 from edgefusion.sim.built_world import BuiltWorld
-from edgefusion.tools.drive import Look, Moment
+from edgefusion.tools.drive_log import DriveLog
 from edgefusion.tools.drive_tally import FirstSighting
+from edgefusion.tools.inspection_files import save_inspection
 from edgefusion.tools.look_pictures import LookPictures
 from edgefusion.tools.plan_plot import plan_plot, size_in
+from edgefusion.tools.pose_plots import pose_plot, stop_plot
 from edgefusion.tools.report import html
-from edgefusion.tools.report_plots import Plot, error_plot, pose_plot, svgs
+from edgefusion.tools.report_plots import Plot, error_plot, svgs
 from edgefusion.tools.results import ResultsFolder
+from edgefusion.tools.vision import Look
 from edgefusion.types import UNKNOWN
 
-PAGE, REPORT, PLOTS = "index.html", "report.json", "plots"
-POSE_IN, ERRORS_IN = (7.0, 5.2), (7.0, 3.0)
+PAGE, REPORT, PLOTS, INSPECTIONS = "index.html", "report.json", "plots", "inspections"
+POSE_IN, STOP_IN, ERRORS_IN = (7.0, 5.2), (7.0, 4.6), (7.0, 3.0)
 
 
 class Pictured(NamedTuple):
@@ -31,6 +35,14 @@ class Pictured(NamedTuple):
     scan: str
 
 
+class Kept(NamedTuple):
+    """An inspection and the names of its files; picture: empty where there is none."""
+
+    result: InspectionResult
+    picture: str
+    json: str
+
+
 class ReportFolder:
     """Takes the looks of a drive as they come, and the report at its end.
 
@@ -39,7 +51,7 @@ class ReportFolder:
 
     def __init__(self, path: Path, overwrite: bool, pictures: LookPictures) -> None:
         self.path, self._pictures = path, pictures
-        self._results = ResultsFolder(path, overwrite, also=(PAGE, REPORT, PLOTS))
+        self._results = ResultsFolder(path, overwrite, also=(PAGE, REPORT, PLOTS, INSPECTIONS))
         self.pictured: list[Pictured] = []
 
     def __enter__(self) -> ReportFolder:
@@ -63,12 +75,19 @@ class ReportFolder:
             self._results.write_image(scan, self._pictures.scan(look.shot, [first.detection]))
             self.pictured.append(Pictured(first, image, scan))
 
-    def write(self, report: dict[str, Any], world: BuiltWorld, trail: Sequence[Moment], errors_m: Any) -> None:
+    def keep(self, result: InspectionResult) -> Kept:
+        """The picture and the JSON of an inspection."""
+        path = save_inspection(self.path / INSPECTIONS, result)
+        picture = "" if result.picture is None else f"{INSPECTIONS}/{path.with_suffix('.jpg').name}"
+        return Kept(result, picture, f"{INSPECTIONS}/{path.name}")
+
+    def write(self, report: dict[str, Any], world: BuiltWorld, log: DriveLog, errors_m: Any) -> None:
         """The plots, report.json and the page."""
-        verdicts = {row["name"]: row["found"] and row["named"] for row in report["by_object"] if row["counts"]}
-        places = [(row["place_m"][0], row["place_m"][1]) for row in report["sightings"]]
-        self._write_plot("plan", plan_plot(world, trail, verdicts, places), size_in(world))
-        self._write_plot("pose", pose_plot(trail, world.world.goal), POSE_IN)
+        goal = world.world.goal
+        self._write_plot("plan", plan_plot(world, log.trail, report), size_in(world, log.trail))
+        self._write_plot("pose", pose_plot(log.trail, goal, log.inspections), POSE_IN)
+        for result in log.inspections:
+            self._write_plot(result.id, stop_plot(log.trail, result), STOP_IN)
         self._write_plot("errors", error_plot(errors_m), ERRORS_IN)
         self._results.write_summary(report, REPORT)
         self._results.write_file(PAGE, html(report).encode())

@@ -6,15 +6,12 @@ from __future__ import annotations
 
 import dataclasses
 import io
-import math
 from dataclasses import dataclass
-from typing import Any, Callable, Sequence
+from typing import Any, Callable
 
 import numpy as np
 
 from edgefusion.errors import RefusedError
-from edgefusion.tools.drive import Moment
-from edgefusion.types import Pose2D
 
 NO_MATPLOTLIB = "the report's plots need matplotlib: pip install 'edgefusion[sim]'"
 
@@ -88,36 +85,6 @@ def _style(theme: Theme) -> Any:
         "legend.frameon": False,
         "svg.hashsalt": "edgefusion",
     }
-
-
-def pose_plot(trail: Sequence[Moment], goal: Pose2D) -> Plot:
-    """x, y and theta over time: the truth, what the odometry said, and the goal."""
-    times = [moment.stamp_ns / 1e9 for moment in trail]
-    true, believed = (_columns([getattr(moment, name) for moment in trail]) for name in ("pose", "believed"))
-    aims = (goal.x_m, goal.y_m, math.degrees(_near(goal.theta, math.radians(true[2][-1]))))
-
-    def plot(figure: Any, theme: Theme) -> None:
-        axes = figure.subplots(3, 1, sharex=True)
-        for axis, name, truth, belief, aim in zip(axes, ("x [m]", "y [m]", "theta [°]"), true, believed, aims):
-            axis.axhline(aim, color=theme.good, linewidth=1.4, linestyle=":", label="goal")
-            axis.plot(times, truth, color=theme.truth, linewidth=1.8, label="true")
-            axis.plot(times, belief, color=theme.believed, linewidth=1.2, linestyle="--", label="odometry")
-            axis.set_ylabel(name)
-        axes[0].legend(ncol=3, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
-        axes[2].set_xlabel("time [s]")
-        figure.align_ylabels(axes)
-
-    return plot
-
-
-def _columns(poses: Sequence[Pose2D]) -> tuple[Any, Any, Any]:
-    theta = np.degrees(np.unwrap([pose.theta for pose in poses]))
-    return np.array([pose.x_m for pose in poses]), np.array([pose.y_m for pose in poses]), theta
-
-
-def _near(angle: float, other: float) -> float:
-    """The same direction, in the turn of another angle."""
-    return other + math.remainder(angle - other, 2 * math.pi)
 
 
 def error_plot(errors_m: Any) -> Plot:
