@@ -18,10 +18,17 @@ from edgefusion import _core
 
 STUB = ast.parse((Path(edgefusion.__file__).parent / "_core.pyi").read_text(encoding="utf-8"))
 FUNCTIONS = {node.name: node for node in reversed(STUB.body) if isinstance(node, ast.FunctionDef)}
+METHODS = {
+    (node.name, method.name): method
+    for node in STUB.body
+    if isinstance(node, ast.ClassDef)
+    for method in node.body
+    if isinstance(method, ast.FunctionDef)
+}
 
 
 def test_the_stub_names_all_that_the_core_has_and_nothing_else() -> None:
-    names = set(FUNCTIONS) | {node.name for node in STUB.body if isinstance(node, ast.ClassDef)}
+    names = set(FUNCTIONS) | {name for name, _ in METHODS}
     names |= {node.target.id for node in STUB.body if isinstance(node, ast.AnnAssign)}
     assert names == {name for name in dir(_core) if not name.startswith("__")}
 
@@ -47,16 +54,22 @@ def test_the_stub_has_the_cores_arguments_in_their_order_and_their_defaults(name
     assert stub == compiled
 
 
-def test_the_stub_has_the_cameras_arguments_and_their_defaults() -> None:
-    camera = next(node for node in STUB.body if isinstance(node, ast.ClassDef))
-    init = next(node for node in camera.body if isinstance(node, ast.FunctionDef) and node.name == "__init__")
-    assert [arguments_of(init)] == compiled_arguments(_core.Camera.__init__.__doc__, "__init__")
+def is_property(method: ast.FunctionDef) -> bool:
+    return any(isinstance(mark, ast.Name) and mark.id == "property" for mark in method.decorator_list)
 
 
-def test_the_core_describes_the_camera_as_the_stub_does() -> None:
-    camera = next(node for node in STUB.body if isinstance(node, ast.ClassDef))
-    methods = {node.name for node in camera.body if isinstance(node, ast.FunctionDef)} - {"__init__"}
-    assert methods == {name for name in dir(_core.Camera) if not name.startswith("_")}
+@pytest.mark.parametrize(("kind", "name"), sorted(METHODS))
+def test_the_stub_has_the_methods_arguments_in_their_order_and_their_defaults(kind: str, name: str) -> None:
+    compiled, method = getattr(getattr(_core, kind), name), METHODS[kind, name]
+    assert isinstance(compiled, property) == is_property(method)
+    if not is_property(method):
+        assert [arguments_of(method)] == compiled_arguments(compiled.__doc__, name)
+
+
+@pytest.mark.parametrize("kind", sorted({kind for kind, _ in METHODS}))
+def test_the_stub_names_all_methods_that_a_class_has_and_nothing_else(kind: str) -> None:
+    stub = {name for of, name in METHODS if of == kind} - {"__init__"}
+    assert stub == {name for name in dir(getattr(_core, kind)) if not name.startswith("_")}
 
 
 K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1]], float)
@@ -64,6 +77,19 @@ T_CAMERA_LASER = np.array([[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0,
 CAMERA = _core.Camera(K)
 MANY = np.random.default_rng(0).uniform(1, 9, (50_000, 3))
 TO_GROUND = [0, 0, -0.3]
+FOOTPRINT = _core.Footprint([[0.2, 0.2], [-0.3, 0.2], [-0.3, -0.2], [0.2, -0.2]])
+MAP = _core.ObstacleMap(0.05)
+MAP.cover(0, 0, 5, 5)
+FIELD = _core.NavigationFunction(0.2, 0.7, 4.0)
+FIELD.begin(MAP, 5, 5, 0.05, 0, 0)
+SEARCH = _core.Manoeuvre(FOOTPRINT)
+
+
+def search() -> None:
+    SEARCH.begin(MAP, FIELD, [0, 0, 0], 0.02, np.zeros((0, 2)), pose=[1.5, 1.5, 0])
+    SEARCH.advance(MAP, FIELD, 300)
+
+
 CALLS = {
     "dbscan": lambda: _core.dbscan(MANY[:, :2], 0.01, 3),
     "project": lambda: _core.project(MANY, CAMERA, T_CAMERA_LASER),
@@ -75,10 +101,17 @@ CALLS = {
     "split_clusters": lambda: _core.split_clusters(MANY[:2000, :2], np.zeros(2000, int), 0.01, 0.3, 3),
     "raycast": lambda: _core.raycast(np.hstack([MANY[:, :2], MANY[:, :2] + 0.1]), [5, 5, 0], 0, 0.01, 600, 20),
     "crops": lambda: _core.crops(np.zeros((500, 500, 3), np.uint8), [[0, 0, 500, 500]] * 9, 256, [0] * 3, [1] * 3),
+    "NavigationFunction.begin": lambda: FIELD.begin(MAP, 5, 5, 0.05, 0, 0),
+    "NavigationFunction.advance": lambda: FIELD.advance(MAP, 20_000) or FIELD.begin(MAP, 5, 5, 0.05, 0, 0),
+    "Manoeuvre.advance": search,
 }
 
 
-@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_all_functions_but_the_shortest_are_called_in_the_next_test() -> None:
+    assert {name for name in CALLS if "." not in name} == set(FUNCTIONS) - {"followed"}
+
+
+@pytest.mark.parametrize("name", sorted(CALLS))
 def test_other_python_threads_run_meanwhile(name: str) -> None:
     go, advanced = threading.Lock(), threading.Event()
     go.acquire()

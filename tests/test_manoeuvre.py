@@ -106,10 +106,10 @@ def test_in_free_space_the_way_ahead_is_one_straight_leg_and_a_turn_a_turn() -> 
     assert way == 0 and turn == pytest.approx(math.pi / 2, abs=0.05)
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(st.integers(0, 10**6), st.integers(1, 5000))
 def test_portions_give_the_same_legs(seed: int, portion: int) -> None:
-    points = posts(seed, 20)
+    points = posts(seed, 8)
     assume(lines_gap(P3DX, START, points).min() > 0.05)
     map_ = known_map(points)
     function = computed(map_, (0.0, 0.0))

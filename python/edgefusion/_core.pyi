@@ -1,4 +1,6 @@
-"""The C++ core. Every function but the constructor releases the GIL.
+"""The C++ core. What may take milliseconds releases the GIL: every function but `followed`, and of the classes
+NavigationFunction.begin and .advance and Manoeuvre.advance; the rest takes microseconds. No object may be used by two
+threads at once.
 
 Numbers may come in arrays of any real type; boxes in arrays of any integer type, since they are never rounded; an
 image is never converted. Anything else raises ValueError, one line that names the argument.
