@@ -60,7 +60,7 @@ py::array_t<double> ages(const ObstacleMap& map, const py::object& points, std::
 
 py::array_t<double> all_points(const ObstacleMap& map) {
   std::vector<double> points;
-  const Window& w = map.window();
+  const MapWindow& w = map.window();
   for (std::size_t i = 0; i < w.size(); ++i) {
     if (map.at(i).evidence == 0) continue;
     points.push_back(static_cast<double>(map.at(i).x));
@@ -143,7 +143,7 @@ void bind_navigation(py::module_& m) {
       .def("points", &all_points)
       .def("seen", &ObstacleMap::seen, py::arg("x_m"), py::arg("y_m"))
       .def_property_readonly("window", [](const ObstacleMap& map) {
-        const Window& w = map.window();
+        const MapWindow& w = map.window();
         return py::make_tuple(w.column, w.row, w.columns, w.rows);
       });
 

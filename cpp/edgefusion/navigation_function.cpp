@@ -24,7 +24,7 @@ constexpr float kBehindBase = 1.0f;
 
 // The nearest cell within reach that is fit; the window's size where there is none.
 template <typename Fit>
-std::size_t nearest_cell(const Window& w, double cell, double x, double y, double reach, Fit&& fit) {
+std::size_t nearest_cell(const MapWindow& w, double cell, double x, double y, double reach, Fit&& fit) {
   std::size_t found = w.size();
   double nearest = reach;
   const std::int32_t last = std::min(floored((x + reach) / cell), w.column + w.columns - 1);
@@ -104,7 +104,7 @@ bool NavigationFunction::take(std::size_t to, std::size_t from, double x, double
 }
 
 std::size_t NavigationFunction::sweep_down(const ObstacleMap& map, std::size_t cells) {
-  const Window& w = next_.window;
+  const MapWindow& w = next_.window;
   const auto columns = static_cast<std::size_t>(w.columns);
   std::size_t done = 0;
   for (; row_ < w.rows && done < cells; ++row_, done += columns) {
@@ -136,7 +136,7 @@ std::size_t NavigationFunction::sweep_down(const ObstacleMap& map, std::size_t c
 }
 
 std::size_t NavigationFunction::sweep_up(std::size_t cells) {
-  const Window& w = next_.window;
+  const MapWindow& w = next_.window;
   const auto columns = static_cast<std::size_t>(w.columns);
   std::size_t done = 0;
   for (; row_ >= 0 && done < cells; --row_, done += columns) {
@@ -175,7 +175,7 @@ float NavigationFunction::cost_at(std::size_t index, std::int32_t column, std::i
 }
 
 void NavigationFunction::seed() {
-  const Window& w = next_.window;
+  const MapWindow& w = next_.window;
   w.holds(floored(next_.goal_x / next_.cell), floored(next_.goal_y / next_.cell)) ? seed_goal()
                                                                                   : seed_border();
   base_ = base_cell();
@@ -183,7 +183,7 @@ void NavigationFunction::seed() {
 }
 
 void NavigationFunction::seed_goal() {
-  const Window& w = next_.window;
+  const MapWindow& w = next_.window;
   const double reach = std::max(tolerance_, next_.cell);
   const auto cell_of = [this](double coordinate) { return floored(coordinate / next_.cell); };
   const std::int32_t last = std::min(cell_of(next_.goal_x + reach), w.column + w.columns - 1);
@@ -199,7 +199,7 @@ void NavigationFunction::seed_goal() {
 
 // Beyond the border all ground is taken for free: from there it is as far as the bird flies.
 void NavigationFunction::seed_border() {
-  const Window& w = next_.window;
+  const MapWindow& w = next_.window;
   const auto at = [&](std::int32_t c, std::int32_t r) {
     if (cost_at(w.index(c, r), c, r) != kNever)
       offer(w.index(c, r),
@@ -230,7 +230,7 @@ void NavigationFunction::offer(std::size_t index, float value) {
 }
 
 std::size_t NavigationFunction::march(std::size_t cells) {
-  const Window& w = next_.window;
+  const MapWindow& w = next_.window;
   std::size_t done = 0;
   while (done < cells && stage_ == Stage::kMarch) {
     if (heap_.empty() || heap_.front().value > stop_at_) {
@@ -256,7 +256,7 @@ std::size_t NavigationFunction::march(std::size_t cells) {
 
 // The first-order upwind solution of |grad T| = cost from the settled neighbours.
 void NavigationFunction::relax(std::int32_t column, std::int32_t row) {
-  const Window& w = next_.window;
+  const MapWindow& w = next_.window;
   if (!w.holds(column, row)) return;
   const std::size_t index = w.index(column, row);
   if (settled_[index]) return;
@@ -358,7 +358,7 @@ void NavigationFunction::way(double x, double y, double length, double reach,
   const double given[] = {length, reach};
   expect_finite("length, reach", given, 2);
   if (field_.values.empty()) return;
-  const Window& w = field_.window;
+  const MapWindow& w = field_.window;
   const double step = 0.5 * field_.cell;
   if (value(x, y) == std::numeric_limits<double>::infinity()) {
     const auto known = [this](std::size_t i, std::int32_t, std::int32_t) {

@@ -66,7 +66,7 @@ class NavigationFunction {
     float x, y;
   };
   struct Field {
-    Window window{0, 0, 0, 0};
+    MapWindow window{0, 0, 0, 0};
     double cell = 0.0;
     std::vector<float> values;   // T of every cell, infinity where unknown
     std::vector<Point> nearest;  // the nearest point of every cell, kNoPoint where farther than comfort

@@ -72,11 +72,11 @@ void ObstacleMap::cover(double x, double y, double target_x, double target_y) {
   };
   const auto [column, columns] = span(window_.column, window_.columns, column_of(x), column_of(target_x));
   const auto [row, rows] = span(window_.row, window_.rows, column_of(y), column_of(target_y));
-  const Window window{column, row, columns, rows};
+  const MapWindow window{column, row, columns, rows};
   if (!(window == window_)) resize(window);
 }
 
-void ObstacleMap::resize(const Window& window) {
+void ObstacleMap::resize(const MapWindow& window) {
   std::vector<Cell> cells(window.size());
   const std::int32_t first = std::max(window.column, window_.column);
   const std::int32_t last = std::min(window.column + window.columns, window_.column + window_.columns);

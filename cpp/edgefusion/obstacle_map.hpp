@@ -19,7 +19,7 @@ struct LaserScan {
 };
 
 /// A rectangle of cells, by their columns and rows: column c covers x from c * cell to (c + 1) * cell.
-struct Window {
+struct MapWindow {
   std::int32_t column, row, columns, rows;
 
   bool holds(std::int32_t c, std::int32_t r) const {
@@ -30,7 +30,7 @@ struct Window {
            static_cast<std::size_t>(c - column);
   }
   std::size_t size() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
-  bool operator==(const Window& o) const {
+  bool operator==(const MapWindow& o) const {
     return column == o.column && row == o.row && columns == o.columns && rows == o.rows;
   }
 };
@@ -54,7 +54,7 @@ class ObstacleMap {
   explicit ObstacleMap(double cell);
 
   double cell() const { return cell_; }
-  const Window& window() const { return window_; }
+  const MapWindow& window() const { return window_; }
   const Cell& at(std::size_t index) const { return cells_[index]; }
   std::int32_t column_of(double coordinate) const;
 
@@ -91,14 +91,14 @@ class ObstacleMap {
 
  private:
   bool near_point(std::int32_t column, std::int32_t row, std::int32_t cells) const;
-  void resize(const Window& window);
+  void resize(const MapWindow& window);
   void hit(double x, double y, std::uint32_t now_ms);
   void trace(double x, double y, double dx, double dy, double length);
   template <typename Visit>
   void for_cells_near(double x, double y, double reach, Visit&& visit) const;
 
   double cell_;
-  Window window_{0, 0, 0, 0};
+  MapWindow window_{0, 0, 0, 0};
   std::vector<Cell> cells_;
 };
 
