@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from benchmarks.experiment import HEADER, cells, summary
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -168,3 +169,19 @@ def test_a_world_without_room_for_it_is_refused(laboratory: World) -> None:
     near = replace(laboratory, goal=Pose2D(0.5, 0.5, 0))
     with pytest.raises(RefusedError, match="world 'laboratory': no room for 'oscilloscope on the way' near the way"):
         placed_by_seed(near, 1)
+
+
+def test_the_benchmarks_table_counts_what_went_as_it_should() -> None:
+    run = {
+        "arrived": True, "pictures": 1, "others": 0, "clearance_m": 0.5, "duration_s": 30.0, "odometry_error_m": 0.02,
+        "odometry_error_deg": 2.0, "true_error_m": 0.1, "true_error_deg": 3.0,
+    }  # fmt: skip
+    crash = {**run, "arrived": False, "pictures": 0, "others": 1, "clearance_m": 0.0, "true_error_m": 5.0}
+    row = summary([run, {**run, "odometry_error_m": 0.04}, run, crash])
+    assert (row["drives"], row["arrived"], row["pictures"], row["others"], row["contacts"]) == (4, 3, 3, 1, 1)
+    assert row["odometry_error_m"] == (0.02, 0.04) and row["true_error_m"] == (0.1, 0.1)
+    assert row["clearance_m"] == (0.5, 0.0)
+    assert cells(row)[5:] == [
+        "2.0 / 4.0 cm, 2.0 / 2.0 deg", "10.0 / 10.0 cm, 3.0 / 3.0 deg", "30.0 / 30.0 s", "50 / 0 cm",
+    ]  # fmt: skip
+    assert len(cells(row)) == len(HEADER) == len(cells(summary([crash])))
