@@ -13,7 +13,7 @@ CXX_BUILD := build/cpp
 help: ## list the targets
 	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-demo: $(VENV)/.edgefusion ## a simulated robot drives through a laboratory; a report of what it saw below out/
+demo: $(VENV)/.edgefusion ## a simulated robot drives to a goal and inspects what is on the way; a report below out/
 	@$(BIN)/edgefusion demo $(ARGS)
 
 test: $(VENV)/.test ## every fast test (pytest; ARGS="-k dbscan" picks some)
