@@ -28,7 +28,8 @@ constexpr double kStretch = 0.08, kTurn = 2.0 * kPi / kHeadings;
 constexpr double kTurnCost = 0.25, kBackCost = 2.5, kChangeCost = 0.05;
 // Nearer than this to something, steps cost up to so much more: in the middle of a gap it is safest.
 constexpr double kRoomy = 0.05, kCloseCost = 3.0;
-// Within this of the way down, the base is left to the field again.
+// Within this of the way down, and with so many margins around it, the base is left to the field again.
+constexpr double kFreeAgain = 3.0;
 constexpr double kAlong = 0.5;
 // Between two poses that are tried no point of the hull moves farther [m].
 constexpr double kStride = 0.025;
@@ -155,7 +156,7 @@ bool Manoeuvre::reached(const NavigationFunction& function, const Pose& pose) co
     return std::hypot(goal.x - pose.x, goal.y - pose.y) <= target_.position_tolerance &&
            std::abs(turned(goal.theta, pose.theta)) <= target_.heading_tolerance;
   }
-  if (!(function.value(pose.x, pose.y) <= target_.value)) return false;
+  if (!(function.value(pose.x, pose.y) <= target_.value) || gap(pose) < kFreeAgain * margin_) return false;
   const auto [dx, dy] = function.descent(pose.x, pose.y);
   return std::abs(turned(std::atan2(dy, dx), pose.theta)) < kAlong;
 }

@@ -74,7 +74,7 @@ class NavigationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     # Scans older than this are not driven by.
     max_scan_age_s: Seconds = 0.75
     # Without coming nearer to the goal for so long, it counts as out of reach.
-    patience_s: Seconds = 20.0
+    patience_s: Seconds = 30.0
 
     def __post_init__(self) -> None:
         check_fields(self)

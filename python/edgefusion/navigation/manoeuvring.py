@@ -22,7 +22,7 @@ Leg = Tuple[float, float, Tuple[float, float, float]]
 POSES_A_STEP = 300
 """Tried while the robot stands; a search that finds nothing takes some seconds."""
 
-GAIN_M = 0.6
+GAIN_M = 1.0
 """A manoeuvre leads so much nearer to the goal."""
 
 PLANNED = 0.6
