@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copyright the edgefusion authors
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "edgefusion/obstacle_map.hpp"
+#include "refusal.hpp"
+#include "sweeps.hpp"
+
+using namespace edgefusion;
+
+namespace {
+
+constexpr float kFree = INFINITY;
+const double kFar[] = {1e5, 1e9, 1e12, 1e300, double(INFINITY), double(NAN)};
+
+ObstacleMap about_origin(double cell = 0.05) {
+  ObstacleMap map(cell);
+  map.cover(0, 0, 0, 0);
+  return map;
+}
+
+std::vector<double> points(const ObstacleMap& map, double x = 0, double y = 0, double reach = 100) {
+  std::vector<double> found;
+  map.points_near(x, y, reach, 0.0, found);
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("a map without a window keeps nothing, and nothing is wrong with that") {
+  ObstacleMap map(0.05);
+  insert(map, {0, 0, 0}, {1.0f, kFree});
+  map.stand(pioneer(), {0, 0, 0}, 0.02);
+  map.avoid(0, 0, 1);
+  map.clear();
+  CHECK(points(map).empty());
+  CHECK_FALSE(map.seen(0, 0));
+  CHECK(map.window().size() == 0);
+}
+
+TEST_CASE("no beams change nothing") {
+  ObstacleMap map = about_origin();
+  map.insert({nullptr, nullptr, 0, 0.0, 0.1, 0.0, 9.0}, 0);
+  CHECK(points(map).empty());
+}
+
+TEST_CASE("points in the window's first and last cells are kept, and those beside them are not") {
+  ObstacleMap map = about_origin();
+  const MapWindow w = map.window();
+  const double first = w.column * 0.05, last = (w.column + w.columns) * 0.05;
+  put(map, first + 0.001, 0.0);
+  put(map, last - 0.001, 0.0);
+  CHECK(points(map).size() == 4);
+  put(map, first - 0.001, 0.0);
+  put(map, last + 0.001, 0.0);
+  CHECK(points(map).size() == 4);
+  CHECK(map.seen(first + 0.001, 0.0));
+  CHECK_FALSE(map.seen(first - 0.001, 0.0));
+}
+
+TEST_CASE("beams along the borders of cells, through their corners and out of the window end") {
+  ObstacleMap map = about_origin(0.0625);  // of which sums are exact
+  for (int eighth = 0; eighth < 8; ++eighth)
+    insert(map, {0.125, 0.25, eighth * std::acos(-1.0) / 4}, {kFree}, 0, 0.1, 10);
+  CHECK(map.seen(1.0, 0.25));
+  CHECK(map.seen(-3.0, 0.25));
+  CHECK(map.seen(2.126, 2.251));
+  insert(map, {-50, 0, 0}, {kFree});
+  insert(map, {0, 0, 0}, {100.0f, kFree}, 0, 3.0, 1e9);
+  CHECK(points(map).empty());
+}
+
+TEST_CASE("a point on the corner of four cells is in one of them") {
+  ObstacleMap map = about_origin(0.0625);
+  put(map, 0.125, 0.125);
+  CHECK(points(map) == std::vector<double>{0.125, 0.125});
+  CHECK(points(map, 0.125, 0.125, 0.0).size() == 2);
+}
+
+TEST_CASE("asking far away finds nothing, and overflows nothing") {
+  ObstacleMap map = about_origin();
+  put(map, 1, 1);
+  for (const double far : kFar)
+    for (const double x : {far, -far}) {
+      CHECK_FALSE(map.seen(x, 0));
+      CHECK_FALSE(map.seen(0, x));
+      CHECK(map.age(x, x, 0) == INFINITY);
+      CHECK(points(map, x, 0, 1).empty());
+      map.stand(pioneer(), {x, 0, 0}, 0.02);
+    }
+  CHECK(points(map, 0, 0, 1e300).size() == 2);
+}
+
+TEST_CASE("places that no map holds are refused") {
+  ObstacleMap map = about_origin();
+  for (const double far : {1.01e5, 1e9, 1e12, 1e300, double(INFINITY), double(NAN)}) {
+    CAPTURE(far);
+    CHECK(refusal([&] { map.cover(far, 0, 0, 0); }).find("base, target: expected") == 0);
+    CHECK(refusal([&] { map.cover(0, 0, 0, -far); }).find("base, target: expected") == 0);
+    CHECK(refusal([&] { insert(map, {-far, 0, 0}, {kFree}); }).find("poses: expected") == 0);
+  }
+  CHECK(refusal([&] { map.avoid(NAN, 0, 1); }) ==
+        "x, y, radius: expected finite numbers, got nan at index 0");
+  for (const double cell : {0.0, -1.0, 0.009, double(NAN), double(INFINITY)})
+    CHECK(refusal([&] { ObstacleMap{cell}; }).find("cell: expected a finite number of at least 0.01") == 0);
+}
+
+TEST_CASE("a base at the rim of what a map holds and a target at the other give a window about the base") {
+  ObstacleMap map(0.05);
+  map.cover(1e5, -1e5, -1e5, 1e5);
+  CHECK(map.window().columns * 0.05 == doctest::Approx(60));
+  CHECK(map.window().holds(map.column_of(1e5), map.column_of(-1e5)));
+  map.cover(-1e5, 1e5, -1e5, 1e5);
+  CHECK(map.window().holds(map.column_of(-1e5), map.column_of(1e5)));
+}
+
+TEST_CASE("cells larger than the space that is to be covered work, too") {
+  ObstacleMap map(1e4);
+  map.cover(0, 0, 3, 3);
+  put(map, 10, 10);
+  CHECK(points(map).size() == 2);
+}
