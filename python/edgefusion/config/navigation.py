@@ -66,7 +66,7 @@ class NavigationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     khatib: KhatibConfig = KhatibConfig()
     cell_m: Annotated[float, msgspec.Meta(ge=0.02, le=0.2)] = 0.05
     # Kept between the hull and what the laser saw.
-    margin_m: Annotated[float, msgspec.Meta(ge=0, le=0.5)] = 0.02
+    margin_m: Annotated[float, msgspec.Meta(ge=0, le=0.5)] = 0.025
     # Ways that come nearer to obstacles than this, beyond the hull's inscribed circle, are longer than they are.
     comfort_m: UpTo10 = 0.5
     # Right beside an obstacle a metre counts as 1 + so many.

@@ -14,14 +14,19 @@ from edgefusion.types import Pose2D, Twist2D
 Motion = Tuple[float, float, float, float, float]
 """x, y [m], theta [rad], v [m/s], w [rad/s]."""
 
+_STILL_MPS, _STILL_RADPS = 0.02, 0.05
 # Where the odometry says otherwise than by so much, the base did not do what it was commanded.
 _OFF_MPS, _OFF_RADPS = 0.15, 0.35
+# Of a smaller difference so much is believed at every step: odometry comes in whole millimetres.
+_TRUST = 0.3
 _NS_PER_S = 1e9
 
 
 class DriveModel:
-    """Knows the commands on their way, and what the base makes of them. delay_ns: until one takes effect. twist: how fast
-    the base is now."""
+    """Knows the commands on their way, and what the base makes of them.
+
+    delay_ns: until a command takes effect. twist: how fast the base is now.
+    """
 
     def __init__(self, base: BaseConfig) -> None:
         self._ramps = (base.acceleration_mps2, base.yaw_acceleration_radps2)
@@ -29,6 +34,10 @@ class DriveModel:
         self._pending: list[tuple[int, Twist2D]] = []  # when each takes effect
         self._obeyed = Twist2D()
         self.twist = Twist2D()
+
+    @property
+    def stands(self) -> bool:
+        return abs(self.twist.v_mps) < _STILL_MPS and abs(self.twist.w_radps) < _STILL_RADPS
 
     def commanded(self, stamp_ns: int, twist: Twist2D) -> None:
         """This goes to the base now."""
@@ -44,8 +53,10 @@ class DriveModel:
         real_v, expected_v = motion.x_m / dt_s, state[0] / dt_s
         real_w, expected_w = motion.theta / dt_s, state[2] / dt_s
         if abs(real_v - expected_v) > _OFF_MPS or abs(real_w - expected_w) > _OFF_RADPS:
-            v_mps, w_radps = real_v, real_w
-        self.twist = Twist2D(v_mps, w_radps)
+            self.twist = Twist2D(real_v, real_w)
+        else:
+            v_mps, w_radps = v_mps + _TRUST * (real_v - expected_v), w_radps + _TRUST * (real_w - expected_w)
+            self.twist = Twist2D(v_mps, w_radps)
 
     def ahead(self, now_ns: int, pose: Pose2D) -> Motion:
         """When the next command takes effect."""

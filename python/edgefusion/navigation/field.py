@@ -8,6 +8,9 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+import numpy.typing as npt
+
 from edgefusion.navigation.progress import Reason
 from edgefusion.navigation.surroundings import Surroundings
 from edgefusion.types import Pose2D
@@ -34,6 +37,9 @@ class Field(Protocol):
 
     def descend(self, pose: Pose2D, speed_mps: float) -> Descent:
         """The way down for a robot there that is so fast."""
+
+    def way(self, pose: Pose2D, length_m: float) -> npt.NDArray[np.float64]:
+        """The way ahead [k, 2], in the local frame; empty where there is none, or none is planned."""
 
     @property
     def shut(self) -> Reason | None:

@@ -27,7 +27,10 @@ _SHUT = {"occupied": Reason.OCCUPIED, "enclosed": Reason.ENCLOSED}
 
 
 class FunctionField:
-    """function: the potential in use. Looks a little way down the potential, farther at speed, so that it does not follow every cell's corner."""
+    """function: the potential in use.
+
+    It looks a little way down that, farther at speed, so that it does not follow every cell's corner.
+    """
 
     def __init__(self, navigation: NavigationConfig, inscribed_m: float) -> None:
         self._blocked_m = inscribed_m - GAP_CLOSED_M

@@ -6,8 +6,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+import numpy.typing as npt
+
 from edgefusion.config import BaseConfig
 from edgefusion.types import STILL, Pose2D, Twist2D
+
+Floats = npt.NDArray[np.float64]
 
 # What odometry may differ by from what the base can do, before it counts as a jump.
 _PLACE_M, _TURN = 0.08, math.radians(10)
@@ -37,6 +42,12 @@ class LocalFrame:
     def place(self, in_odom: Pose2D) -> Pose2D:
         """A pose of `odom` in this frame."""
         return self._odom_in_local.compose(in_odom)
+
+    def in_odom(self, points: Floats) -> Floats:
+        """Points [n, 2] of this frame in `odom`."""
+        x, y, theta = self._odom_in_local.x_m, self._odom_in_local.y_m, self._odom_in_local.theta
+        c, s = math.cos(theta), math.sin(theta)
+        return np.asarray((points - (x, y)) @ np.array([[c, -s], [s, c]]))
 
     def _jumped(self, motion: Pose2D, dt_s: float) -> bool:
         way_m = math.hypot(motion.x_m, motion.y_m)

@@ -14,19 +14,24 @@ from edgefusion.config import BaseConfig
 from edgefusion.navigation import law
 from edgefusion.navigation.drive_model import turned
 from edgefusion.navigation.function_field import FunctionField
+from edgefusion.navigation.patience import Stall
+from edgefusion.navigation.steering import Steering
 from edgefusion.navigation.surroundings import Surroundings
 from edgefusion.types import Goal, Pose2D, Twist2D
 
 Leg = Tuple[float, float, Tuple[float, float, float]]
 
-POSES_A_STEP = 300
+POSES_A_STEP = 200
 """Tried while the robot stands; a search that finds nothing takes some seconds."""
 
 GAIN_M = 1.0
 """A manoeuvre leads so much nearer to the goal."""
 
-PLANNED = 0.6
+PLANNED = 0.7
 """Of the margin is kept where a manoeuvre is planned; driven, it may come a little nearer (steering.CLOSE)."""
+
+AVOIDED_M, UNFIT_WITHIN_M = 0.25, 2.0
+"""Where no manoeuvre is found, ways through a circle about the first place that is too narrow become longer."""
 
 SPEED_MPS = 0.15
 
@@ -42,11 +47,12 @@ class Manoeuvring:
         self._margin_m = margin_m
         self._search = Manoeuvre(surroundings.footprint)
         self._legs: list[Leg] = []
+        self._stall = Stall()
         self.to_goal = False
 
     @property
-    def searching(self) -> bool:
-        return self._search.running
+    def active(self) -> bool:
+        return self._search.running or self.driving
 
     @property
     def driving(self) -> bool:
@@ -69,18 +75,29 @@ class Manoeuvring:
         else:
             self._search.begin(*common, value_m=left_m - GAIN_M)
 
-    def search(self) -> bool | None:
-        """Goes on looking: None while it does, then whether there is a way."""
-        if not self._search.advance(self._surroundings.map, self._field.function, POSES_A_STEP):
+    def step(self, stamp_ns: int, pose: Pose2D, steering: Steering) -> Twist2D | None:
+        """The velocity for a robot there; None when it is over, for better or worse."""
+        if self._search.running:
+            self._look(pose)
+            return Twist2D()
+        wish = self._wish(pose)
+        if wish is None:
             return None
-        self._legs = self._search.legs
-        return bool(self._legs)
+        if self._stall.lasts(stamp_ns, pose):  # something is in the way after all
+            self._legs, self.to_goal = [], False
+            return None
+        return steering.along(wish)
 
-    def drop(self) -> None:
-        """Something is in the way: forgets what is left."""
-        self._legs = []
+    def _look(self, pose: Pose2D) -> None:
+        """Goes on searching; where that finds nothing, the place is avoided from now on."""
+        if not self._search.advance(self._surroundings.map, self._field.function, POSES_A_STEP):
+            return
+        self._legs, self._stall = self._search.legs, Stall()
+        if not self._legs:
+            self.to_goal = False
+            self._surroundings.map.avoid(*self._first_unfit(pose), AVOIDED_M)
 
-    def wish(self, pose: Pose2D) -> Twist2D | None:
+    def _wish(self, pose: Pose2D) -> Twist2D | None:
         """The velocity on the present leg; None when the last is done."""
         while self._legs and _is_done(self._legs[0], pose):
             self._legs.pop(0)
@@ -100,6 +117,15 @@ class Manoeuvring:
         off = pose.relative_to(end)
         return Twist2D(v_mps, -_HEADING_GAIN * off.theta - sign * _SIDEWAYS_GAIN * off.y_m)
 
+    def _first_unfit(self, pose: Pose2D) -> Tuple[float, float]:
+        """Where on the way ahead the hull does not fit, looking along it; else a little ahead."""
+        way = self._field.way(pose, UNFIT_WITHIN_M)
+        for (x, y), (dx, dy) in zip(way[1:], np.diff(way, axis=0)):
+            if not self._surroundings.guard.fits((x, y, math.atan2(dy, dx)), PLANNED * self._margin_m):
+                return float(x), float(y)
+        ahead = way[: len(way) // 4 + 1]
+        return (float(ahead[-1][0]), float(ahead[-1][1])) if len(ahead) else (pose.x_m, pose.y_m)
+
 
 def _is_done(leg: Leg, pose: Pose2D) -> bool:
     way_m, turn, end = leg
@@ -117,16 +143,3 @@ def _apart(a: Pose2D, b: Pose2D) -> Tuple[float, float]:
 
 def _row(pose: Pose2D) -> Sequence[float]:
     return pose.x_m, pose.y_m, pose.theta
-
-
-def first_unfit(field: FunctionField, surroundings: Surroundings, pose: Pose2D, margin_m: float) -> Tuple[float, float]:
-    """Where on the way ahead the hull does not fit, looking along it."""
-    way = field.way(pose, 2.0)
-    if len(way) < 2:
-        return pose.x_m, pose.y_m
-    steps = np.diff(way, axis=0)
-    for (x, y), (dx, dy) in zip(way[1:], steps):
-        if not surroundings.guard.fits((x, y, math.atan2(dy, dx)), margin_m):
-            return float(x), float(y)
-    x, y = way[min(len(way) - 1, 12)]
-    return float(x), float(y)

@@ -11,7 +11,7 @@ from edgefusion.navigation.law import as_carried
 from edgefusion.navigation.surroundings import Surroundings
 from edgefusion.types import Twist2D
 
-CLOSE = 0.35
+CLOSE = 0.5
 """Of the margin is kept by manoeuvres, which are slow, and planned with half of it."""
 
 YIELDS_S = 2.0

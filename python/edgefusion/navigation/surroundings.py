@@ -75,31 +75,29 @@ class Surroundings:
         self._movers.see(scan, self.points, Pose2D(*poses[len(poses) // 2]), self.map)
         return True
 
-    def look(self, stamp_ns: int, motion: Motion, rear_points_m: npt.ArrayLike | None) -> None:
-        """The guard looks about where the next command takes effect, at that time. rear_points_m [k, 2]: what the rear sonar sees,
-        in base_link; it is not remembered."""
+    def look(self, stamp_ns: int, ahead: Motion, here: Pose2D, rear_points_m: npt.ArrayLike | None) -> None:
+        """The guard looks about where and when the next command takes effect. rear_points_m [k, 2]: what the rear sonar
+        sees, in base_link of the robot here; it is not remembered."""
         rear = np.zeros((0, 2)) if rear_points_m is None else np.asarray(rear_points_m, float).reshape(-1, 2)
-        self.rear_m = _placed(rear, motion)
+        self.rear_m = _placed(rear, here)
         standing = np.hstack([self.rear_m, np.zeros_like(self.rear_m)])
         moving = np.concatenate([standing, self._movers.at(stamp_ns)])
-        self.guard.look(self.map, motion[0], motion[1], self._reach_m, moving)
+        self.guard.look(self.map, ahead[0], ahead[1], self._reach_m, moving)
 
     def _laser_poses(self, scan: Scan) -> Floats | None:
         """Of every beam, (x, y, theta); the robot is taken to move evenly from the first to the last of them."""
-        dt_ns = scan.beam_dt_ns
-        first_ns, last_ns = (0, 0) if dt_ns is None or not len(dt_ns) else (int(dt_ns.min()), int(dt_ns.max()))
-        begin, end = (self._pose_at(scan.stamp_ns + ns) for ns in (first_ns, last_ns))
+        dt_ns = np.zeros(len(scan.ranges_m), np.int64) if scan.beam_dt_ns is None else scan.beam_dt_ns
+        if not len(dt_ns):
+            return None
+        first_ns, last_ns = int(dt_ns.min()), int(dt_ns.max())
+        begin, end = (self._history.near(scan.stamp_ns + ns, _EDGE_NS) for ns in (first_ns, last_ns))
         if begin is None or end is None:
             return None
-        n = len(scan.ranges_m)
-        share = np.zeros(n) if last_ns == first_ns else (dt_ns - first_ns) / (last_ns - first_ns)
+        share = (dt_ns - first_ns) / max(last_ns - first_ns, 1)
         a, b = begin.compose(self._laser), end.compose(self._laser)
         turn = math.remainder(b.theta - a.theta, 2 * math.pi)
         change = np.array([b.x_m - a.x_m, b.y_m - a.y_m, turn])
         return np.asarray(np.array([a.x_m, a.y_m, a.theta]) + share[:, None] * change)
-
-    def _pose_at(self, stamp_ns: int) -> Pose2D | None:
-        return self._history.near(stamp_ns, _EDGE_NS)
 
 
 def _ends(poses: Floats, scan: Scan) -> Floats:
@@ -109,7 +107,7 @@ def _ends(poses: Floats, scan: Scan) -> Floats:
     return np.asarray(poses[hit, :2] + scan.ranges_m[hit, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-def _placed(points_m: Floats, motion: Motion) -> Floats:
+def _placed(points_m: Floats, pose: Pose2D) -> Floats:
     """Points of base_link in the local frame."""
-    c, s = math.cos(motion[2]), math.sin(motion[2])
-    return np.asarray(points_m @ np.array([[c, s], [-s, c]]) + motion[:2])
+    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    return np.asarray(points_m @ np.array([[c, s], [-s, c]]) + (pose.x_m, pose.y_m))
