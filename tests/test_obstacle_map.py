@@ -201,7 +201,7 @@ def test_clearing_forgets_points_and_ground() -> None:
 
 def test_what_came_to_where_it_was_free_has_an_age_and_what_always_was_there_has_none() -> None:
     map_ = map_with([[1.0, 0.0]])
-    insert(map_, [np.inf], (0.0, 1.0, 0.0), at_s=3.0)
+    pass_through(map_, 10, y=1.0)
     insert(map_, [1.0], (0.0, 1.0, 0.0), at_s=5.0)
     insert(map_, [1.0], (0.0, 1.0, 0.0), at_s=7.0)
     ages = map_.ages([[1.0, 0.0], [1.0, 1.0], [2.0, 2.0], [1e9, 0.0]], round(7.5e9))
@@ -211,7 +211,7 @@ def test_what_came_to_where_it_was_free_has_an_age_and_what_always_was_there_has
 def test_ages_hold_while_the_stamps_milliseconds_wrap() -> None:
     map_ = empty()
     wrap_s = 2**32 / 1e3
-    insert(map_, [np.inf], at_s=wrap_s - 2)
+    pass_through(map_, 10)
     insert(map_, [1.0], at_s=wrap_s - 1)
     assert map_.ages([[1.0, 0.0]], round((wrap_s + 1) * 1e9)).tolist() == [2.0]
 
