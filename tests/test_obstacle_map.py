@@ -199,21 +199,21 @@ def test_clearing_forgets_points_and_ground() -> None:
     assert len(map_.points()) == 0 and not map_.seen(0.5, 0.0)
 
 
-def test_what_came_to_where_it_was_free_has_an_age_and_what_always_was_there_has_none() -> None:
+def test_what_came_to_where_beams_had_come_through_has_an_age_and_what_always_was_there_has_none() -> None:
     map_ = map_with([[1.0, 0.0]])
-    pass_through(map_, 10, y=1.0)
-    insert(map_, [1.0], (0.0, 1.0, 0.0), at_s=5.0)
-    insert(map_, [1.0], (0.0, 1.0, 0.0), at_s=7.0)
-    ages = map_.ages([[1.0, 0.0], [1.0, 1.0], [2.0, 2.0], [1e9, 0.0]], round(7.5e9))
+    pass_through(map_, 4, y=1.025)
+    insert(map_, [1.0], (0.0, 1.025, 0.0), at_s=5.0)
+    insert(map_, [1.0], (0.0, 1.025, 0.0), at_s=7.0)
+    ages = map_.ages([[1.0, 0.0], [1.0, 1.025], [2.0, 2.0], [1e9, 0.0]], round(7.5e9))
     assert ages.tolist() == [math.inf, 2.5, math.inf, math.inf]
 
 
 def test_ages_hold_while_the_stamps_milliseconds_wrap() -> None:
     map_ = empty()
     wrap_s = 2**32 / 1e3
-    pass_through(map_, 10)
-    insert(map_, [1.0], at_s=wrap_s - 1)
-    assert map_.ages([[1.0, 0.0]], round((wrap_s + 1) * 1e9)).tolist() == [2.0]
+    pass_through(map_, 4, y=0.025)
+    insert(map_, [1.0], (0.0, 0.025, 0.0), at_s=wrap_s - 1)
+    assert map_.ages([[1.0, 0.025]], round((wrap_s + 1) * 1e9)).tolist() == [2.0]
 
 
 GOOD = {
