@@ -70,7 +70,7 @@ class NavigationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     # Ways that come nearer to obstacles than this, beyond the hull's inscribed circle, are longer than they are.
     comfort_m: UpTo10 = 0.5
     # Right beside an obstacle a metre counts as 1 + so many.
-    comfort_weight: UpTo100 = 4.0
+    comfort_weight: UpTo100 = 6.0
     # Scans older than this are not driven by.
     max_scan_age_s: Seconds = 0.75
     # Without coming nearer to the goal for so long, it counts as out of reach.

@@ -19,7 +19,7 @@ from edgefusion.types import Pose2D
 PORTION = 60_000
 """Cells' work a step: a few milliseconds. A hall of 60 x 60 m takes one to two seconds."""
 
-GAP_CLOSED_M = 0.02
+GAP_CLOSED_M = 0.005
 """Points are not exact: ways so much narrower than the inscribed circle stay open, and the guard decides."""
 
 _LOOK_AHEAD_M, _LOOK_AHEAD_S = 0.15, 0.35

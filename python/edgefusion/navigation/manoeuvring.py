@@ -35,7 +35,7 @@ AVOIDED_M, UNFIT_WITHIN_M = 0.25, 2.0
 
 SPEED_MPS = 0.15
 
-_DONE_M, _DONE = 0.01, math.radians(2)
+_DONE_M, _DONE = 0.01, math.radians(3)
 _SIDEWAYS_GAIN, _HEADING_GAIN = 4.0, 2.0
 
 
