@@ -8,7 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from edgefusion.config import Config, PerceptionConfig, load_config
+from edgefusion.config import (
+    BaseConfig,
+    Config,
+    KhatibConfig,
+    MissionConfig,
+    NavigationConfig,
+    PerceptionConfig,
+    SafetyConfig,
+    load_config,
+)
 from edgefusion.errors import RefusedError
 
 
@@ -73,3 +82,12 @@ def test_settings_built_in_python_are_checked_as_strictly(bad) -> None:
     (name,) = bad
     with pytest.raises(RefusedError, match=f"{name}: "):
         PerceptionConfig(**bad)
+
+
+def test_the_documented_settings_of_navigation_are_all_there_are_and_the_defaults(tmp_path: Path) -> None:
+    document = (Path(__file__).parents[1] / "docs/navigation.md").read_text(encoding="utf-8")
+    settings = document.partition("```toml")[2].partition("```")[0]
+    assert load_config(write(tmp_path / "c.toml", settings)) == Config()
+    for section in (BaseConfig, KhatibConfig, NavigationConfig, MissionConfig, SafetyConfig):
+        for name in section.__struct_fields__:
+            assert f"\n{name} = " in settings or f".{name}]" in settings, f"{section.__name__}.{name}"
