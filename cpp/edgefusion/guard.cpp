@@ -105,6 +105,32 @@ bool Guard::fits(const Pose& pose, double margin) const {
   return now.standing >= margin && now.moving >= margin;
 }
 
+// Of every point what is added to its gap: 0, or what a point that is nearer than the margin now lacks of it.
+std::vector<double> Guard::credits(const Pose& start, double margin) const {
+  const double cosine = std::cos(start.theta), sine = std::sin(start.theta);
+  const double reach = footprint_.circumscribed() + margin;
+  std::vector<double> credits(points_.size(), 0.0);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const double dx = points_[i].x - start.x, dy = points_[i].y - start.y;
+    if (dx * dx + dy * dy > reach * reach) continue;
+    credits[i] = margin - kept(footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx), margin);
+  }
+  return credits;
+}
+
+// Whether all gaps after some time are as large as they must be.
+bool Guard::keeps(const Pose& pose, double after, double margin, const std::vector<double>& credits) const {
+  const double cosine = std::cos(pose.theta), sine = std::sin(pose.theta);
+  const double reach = footprint_.circumscribed() + margin;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const Point& p = points_[i];
+    const double dx = p.x + after * p.vx - pose.x, dy = p.y + after * p.vy - pose.y;
+    if (dx * dx + dy * dy > reach * reach) continue;
+    if (footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx) + credits[i] < margin) return false;
+  }
+  return true;
+}
+
 double kept(double gap, double margin) {
   if (gap >= margin) return margin;
   return std::min(gap, std::max(gap - kGive, kLeastShare * margin));
@@ -140,8 +166,7 @@ bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& com
   expect_finite("motion, command, margin", given, 8);
   expect_duration("hold", hold);
   expect_duration("linger", linger);
-  const Gaps now = gaps(start.pose, 0.0, margin);
-  const Gaps least{kept(now.standing, margin), kept(now.moving, margin)};
+  const std::vector<double> allowed = credits(start.pose, margin);
   Motion m = start;
   for (double time = 0.0;;) {
     const bool braking = time >= hold;
@@ -153,8 +178,7 @@ bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& com
     if (!braking) dt = std::min(dt, hold - time);
     m = followed(m, braking ? Command{0.0, 0.0} : command, ramps_, dt);
     time += dt;
-    const Gaps then = gaps(m.pose, time, margin);
-    if (then.standing < least.standing || then.moving < least.moving) return false;
+    if (!keeps(m.pose, time, margin, allowed)) return false;
     if (m.v > kStill && !shown(map, m.pose, footprint_.front())) return false;
     if (m.v < -kStill && !shown(map, m.pose, footprint_.back())) return false;
   }

@@ -43,7 +43,7 @@ class Guard {
   double gap(const Pose& pose) const;
 
   /// Whether a base that moves so can follow the command for `hold` seconds, then brake, and come no nearer than
-  /// `margin` to anything meanwhile. A base that is nearer already may go where it does not come nearer still. It goes
+  /// `margin` to anything meanwhile. To a point that is nearer already it comes no nearer; that loosens nothing else. It goes
   /// forward only where its nose, and back only where its tail, comes to ground that was seen.
   ///
   /// Throws std::invalid_argument for numbers that are not finite, a hold and a linger below 0.
@@ -65,6 +65,8 @@ class Guard {
     double standing, moving;
   };
   Gaps gaps(const Pose& pose, double after, double beyond) const;
+  std::vector<double> credits(const Pose& start, double margin) const;
+  bool keeps(const Pose& pose, double after, double margin, const std::vector<double>& credits) const;
   bool passed_by(const Pose& pose, double from, double linger, double margin) const;
   bool shown(const ObstacleMap& map, const Pose& pose, double ahead) const;
 
@@ -78,7 +80,7 @@ class Guard {
 /// that swings must not meet the far side of a post.
 constexpr double kDepth = 0.15;
 
-/// What a base must keep free that now has so much room: the margin, or, where it is nearer already, hardly less.
+/// What a base must keep to a point that is so near now: the margin, or, where it is nearer already, hardly less.
 double kept(double gap, double margin);
 
 /// Where a base gets to that follows a command for some time, from the velocity that it has.

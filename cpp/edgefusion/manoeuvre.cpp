@@ -33,6 +33,7 @@ constexpr double kFreeAgain = 3.0;
 constexpr double kAlong = 0.5;
 // Between two poses that are tried no point of the hull moves farther [m].
 constexpr double kStride = 0.025;
+constexpr double kRounding = 1e-9;
 
 double turned(double a, double b) {
   return std::remainder(a - b, 2.0 * kPi);
@@ -85,8 +86,8 @@ void Manoeuvre::begin(const ObstacleMap& map, const NavigationFunction& function
   std::vector<double> points(others, others + 2 * k);
   reach_ = footprint_.circumscribed() + margin;
   map.points_near(start.x, start.y, kReach + reach_, kDepth, points);
-  fill_bins(points);
   margin_ = margin;
+  fill_bins(points);
   running_ = true;
   push(function, {start, 0.0, -1, -1});
 }
@@ -98,8 +99,11 @@ void Manoeuvre::fill_bins(const std::vector<double>& points) {
     const std::int32_t c = bin_of(points[i] - start_.x), r = bin_of(points[i + 1] - start_.y);
     if (c < 0 || c >= bins_ || r < 0 || r >= bins_) continue;
     std::vector<double>& bin = points_[static_cast<std::size_t>(r * bins_ + c)];
-    bin.push_back(points[i]);
-    bin.push_back(points[i + 1]);
+    const double cosine = std::cos(start_.theta), sine = std::sin(start_.theta);
+    const double dx = points[i] - start_.x, dy = points[i + 1] - start_.y;
+    const double now = footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx);
+    // To a point that is nearer than the margin now it comes no nearer; that loosens nothing else.
+    bin.insert(bin.end(), {points[i], points[i + 1], std::max(0.0, margin_ - now)});
   }
 }
 
@@ -107,7 +111,7 @@ std::int32_t Manoeuvre::bin_of(double offset) const {
   return floored((offset + kReach + reach_) / kBin);
 }
 
-// From the hull to the nearest point, where one is nearer than the margin.
+// From the hull to the nearest point, where one is nearer than the margin; minus infinity where it is too near.
 double Manoeuvre::gap(const Pose& pose) const {
   const double cosine = std::cos(pose.theta), sine = std::sin(pose.theta);
   const auto bin_within = [this](double offset) { return std::clamp(bin_of(offset), 0, bins_ - 1); };
@@ -116,10 +120,12 @@ double Manoeuvre::gap(const Pose& pose) const {
   for (std::int32_t r = bin_within(y - reach_); r <= bin_within(y + reach_); ++r) {
     for (std::int32_t c = bin_within(x - reach_); c <= bin_within(x + reach_); ++c) {
       const std::vector<double>& bin = points_[static_cast<std::size_t>(r * bins_ + c)];
-      for (std::size_t i = 0; i < bin.size(); i += 2) {
+      for (std::size_t i = 0; i < bin.size(); i += 3) {
         const double dx = bin[i] - pose.x, dy = bin[i + 1] - pose.y;
         if (dx * dx + dy * dy > reach_ * reach_) continue;
-        smallest = std::min(smallest, footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx));
+        const double one = footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx);
+        if (one + bin[i + 2] < margin_ - kRounding) return -kNone;
+        smallest = std::min(smallest, one);
       }
     }
   }

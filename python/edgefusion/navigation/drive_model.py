@@ -15,10 +15,12 @@ Motion = Tuple[float, float, float, float, float]
 """x, y [m], theta [rad], v [m/s], w [rad/s]."""
 
 _STILL_MPS, _STILL_RADPS = 0.02, 0.05
-# Where the odometry says otherwise than by so much, the base did not do what it was commanded.
+# What the base was taken to do is compared with the odometry over so long: that of a P3-DX comes every 100 ms.
+_WINDOW_S = 0.4
+# Where the odometry says otherwise by so much, the base did not do what it was commanded.
 _OFF_MPS, _OFF_RADPS = 0.15, 0.35
-# Of a smaller difference so much is believed at every step: odometry comes in whole millimetres.
-_TRUST = 0.3
+# Of a smaller difference so much is believed at every step.
+_TRUST = 0.1
 _NS_PER_S = 1e9
 
 
@@ -33,30 +35,41 @@ class DriveModel:
         self.delay_ns = round(base.command_delay_s * _NS_PER_S)
         self._pending: list[tuple[int, Twist2D]] = []  # when each takes effect
         self._obeyed = Twist2D()
+        self._window: list[tuple[int, float, float, float, float]] = []
+        self._real = Twist2D()
         self.twist = Twist2D()
 
     @property
     def stands(self) -> bool:
-        return abs(self.twist.v_mps) < _STILL_MPS and abs(self.twist.w_radps) < _STILL_RADPS
+        """As far as is known, and for a while by the odometry."""
+        both = self.twist, self._real
+        return all(abs(t.v_mps) < _STILL_MPS and abs(t.w_radps) < _STILL_RADPS for t in both)
 
     def commanded(self, stamp_ns: int, twist: Twist2D) -> None:
         """This goes to the base now."""
         self._pending.append((stamp_ns + self.delay_ns, twist))
+
+    def sent(self, twist: Twist2D) -> None:
+        """What really went to the base instead of the last command."""
+        if self._pending:
+            self._pending[-1] = (self._pending[-1][0], twist)
 
     def moved(self, before_ns: int, now_ns: int, motion: Pose2D) -> None:
         """The odometry since the last step: corrects what the base was taken to do."""
         state = self._run((0.0, 0.0, 0.0, self.twist.v_mps, self.twist.w_radps), before_ns, now_ns)
         while self._pending and self._pending[0][0] <= now_ns:
             self._obeyed = self._pending.pop(0)[1]
-        v_mps, w_radps = state[3], state[4]
-        dt_s = (now_ns - before_ns) / _NS_PER_S
-        real_v, expected_v = motion.x_m / dt_s, state[0] / dt_s
-        real_w, expected_w = motion.theta / dt_s, state[2] / dt_s
-        if abs(real_v - expected_v) > _OFF_MPS or abs(real_w - expected_w) > _OFF_RADPS:
-            self.twist = Twist2D(real_v, real_w)
+        self._window.append((before_ns, motion.x_m, motion.theta, motion.x_m - state[0], motion.theta - state[2]))
+        self._window = [entry for entry in self._window if now_ns - entry[0] <= _WINDOW_S * _NS_PER_S] or [
+            self._window[-1]
+        ]
+        span_s = (now_ns - self._window[0][0]) / _NS_PER_S
+        way_m, turn, off_m, off = (sum(entry[i] for entry in self._window) for i in range(1, 5))
+        self._real = Twist2D(way_m / span_s, turn / span_s)
+        if abs(off_m) / span_s > _OFF_MPS or abs(off) / span_s > _OFF_RADPS:
+            self.twist = self._real
         else:
-            v_mps, w_radps = v_mps + _TRUST * (real_v - expected_v), w_radps + _TRUST * (real_w - expected_w)
-            self.twist = Twist2D(v_mps, w_radps)
+            self.twist = Twist2D(state[3] + _TRUST * off_m / span_s, state[4] + _TRUST * off / span_s)
 
     def ahead(self, now_ns: int, pose: Pose2D) -> Motion:
         """When the next command takes effect."""

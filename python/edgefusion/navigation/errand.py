@@ -38,7 +38,8 @@ class Now:
     """The robot at one step, in the local frame.
 
     here: where it is; ahead: its motion when the next command takes effect; target: the goal. scan_age_s: of the newest
-    scan, inf where there is none. stands: whether the wheels do.
+    scan on the map, inf where there is none. stands: whether the wheels do. held: whether others keep it from
+    driving as it answers.
     """
 
     stamp_ns: int
@@ -47,6 +48,7 @@ class Now:
     target: Pose2D
     scan_age_s: float
     stands: bool
+    held: bool
 
     @property
     def pose_ahead(self) -> Pose2D:
@@ -61,6 +63,7 @@ class Errand:
         self._navigation, self._base, self._surroundings = navigation, base, surroundings
         self._patience, self._stall, self._shut = Patience(navigation.patience_s), Stall(), Shut()
         self._there = False
+        self._last_ns: int | None = None
         self._field: Field
         self._manoeuvring: Manoeuvring | None = None
         self._ended: Progress | None = None
@@ -74,8 +77,13 @@ class Errand:
         """The velocity to drive with from now on."""
         if self._ended is not None:
             return Twist2D(), self._ended
-        if not now.scan_age_s <= self._navigation.max_scan_age_s:
-            return Twist2D(), self._progress(now, State.DRIVING, math.inf, note="no scan that is new enough")
+        held = self._held(now)
+        if held:  # by what it cannot help: nothing of that is its lack of progress
+            self._patience.pause(now.stamp_ns - (self._last_ns or now.stamp_ns))
+            self._stall, self._shut = Stall(), Shut()
+        self._last_ns = now.stamp_ns
+        if held and not now.held:
+            return Twist2D(), self._progress(now, State.DRIVING, math.inf, note=held)
         self._field.update(self._surroundings, now.target, self.goal.position_tolerance_m, now.here)
         self._there = law.is_there(_apart_m(now.target, now.pose_ahead), self._there, self.goal)
         descent = self._field.descend(now.pose_ahead, abs(now.ahead[3]))
@@ -85,6 +93,14 @@ class Errand:
             return Twist2D(), self._ended
         twist, note = self._drive(now, descent)
         return twist, self._progress(now, State.TURNING if self._there else State.DRIVING, left_m, note=note)
+
+    def _held(self, now: Now) -> str:
+        """Why it cannot do what it wishes, whatever the field says; empty where it can."""
+        if not now.scan_age_s <= self._navigation.max_scan_age_s:
+            return "no scan that is new enough"
+        if self._surroundings.touched(now.here):
+            return "something is inside the hull"
+        return "held" if now.held else ""
 
     def way(self, pose: Pose2D, length_m: float) -> Floats:
         """What lies ahead of the way [k, 2], in the local frame; empty for a field that plans none."""

@@ -19,7 +19,7 @@ from edgefusion.types import Pose2D
 PORTION = 60_000
 """Cells' work a step: a few milliseconds. A hall of 60 x 60 m takes one to two seconds."""
 
-GAP_CLOSED_M = 0.005
+GAP_CLOSED_M = 0.02
 """Points are not exact: ways so much narrower than the inscribed circle stay open, and the guard decides."""
 
 _LOOK_AHEAD_M, _LOOK_AHEAD_S = 0.15, 0.35
@@ -53,13 +53,14 @@ class FunctionField:
         """The way ahead [k, 2], in the local frame."""
         return self.function.way(pose.x_m, pose.y_m, length_m, self._blocked_m)
 
-    def value(self, x_m: float, y_m: float) -> float:
-        return self.function.value(x_m, y_m)
+    def left_m(self, pose: Pose2D) -> float:
+        """The way to the goal, inf where there is none."""
+        way = self.way(pose, 0.0)
+        return self.function.value(*way[0]) if len(way) else math.inf
 
     def descend(self, pose: Pose2D, speed_mps: float) -> Descent:
         way = self.way(pose, _LOOK_AHEAD_M + _LOOK_AHEAD_S * speed_mps)
         if not len(way):
             return NOWHERE
         dx, dy = way[-1] - (pose.x_m, pose.y_m)
-        left_m = self.function.value(*way[0])
-        return Descent(math.atan2(dy, dx), 1.0, left_m)
+        return Descent(math.atan2(dy, dx), 1.0, self.function.value(*way[0]))

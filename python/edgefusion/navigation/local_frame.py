@@ -17,6 +17,8 @@ Floats = npt.NDArray[np.float64]
 # What odometry may differ by from what the base can do, before it counts as a jump.
 _PLACE_M, _TURN = 0.08, math.radians(10)
 _FASTER = 2.0
+# After a pause nobody knows how far it went: a jump is carried on for so long at most.
+_CARRIED_S = 0.5
 
 
 class LocalFrame:
@@ -34,7 +36,7 @@ class LocalFrame:
         pose = self._odom_in_local.compose(odometry)
         if self._pose is not None and self._jumped(pose.relative_to(self._pose), dt_s):
             self.jumps += 1
-            pose = self._pose.compose(twist.motion(dt_s))
+            pose = self._pose.compose(twist.motion(min(dt_s, _CARRIED_S)))
             self._odom_in_local = pose.compose(STILL.relative_to(odometry))
         self._pose = pose
         return pose

@@ -60,7 +60,9 @@ class Manoeuvring:
 
     def begin(self, pose: Pose2D, goal: Goal, target: Pose2D, turning: bool) -> None:
         """Looks for a way from here: down the field, or, turning or close to the goal, to the goal's pose."""
-        left_m = self._field.value(pose.x_m, pose.y_m)
+        left_m = self._field.left_m(pose)
+        if not (turning or math.isfinite(left_m)):
+            return  # no way leads from here: nothing says where to
         others = self._surroundings.rear_m
         common = (self._surroundings.map, self._field.function, _row(pose), PLANNED * self._margin_m, others)
         self.to_goal = turning or left_m < GAIN_M

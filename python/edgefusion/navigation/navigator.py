@@ -19,6 +19,9 @@ from edgefusion.navigation.progress import Progress
 from edgefusion.navigation.surroundings import Surroundings
 from edgefusion.types import Goal, Pose2D, Scan, Twist2D
 
+FARTHEST_M = 5e4
+"""From the origin of `odom` to a goal, along either axis: the core's maps reach twice as far."""
+
 _NS_PER_S = 1e9
 
 
@@ -38,6 +41,7 @@ class Navigator:
         self._stamp_ns: int | None = None
         self._pose = Pose2D()
         self._errand: Errand | None = None
+        self._answer = Twist2D()
 
     def step(
         self,
@@ -46,30 +50,35 @@ class Navigator:
         pose: Pose2D,
         goal: Goal,
         rear_points_m: npt.ArrayLike | None = None,
+        sent: Twist2D | None = None,
     ) -> Tuple[Twist2D, Progress]:
         """The velocity to drive with from now on, in what the wire carries, and how far the robot has got.
 
         Called 20 times a second. scan: the newest; it may be older than stamp_ns, and the same as the last time. pose:
-        the odometry at stamp_ns. goal: in `odom`; one that differs from the last step's takes its place. Once a goal
-        has ended the answer to it stays: zero, and how it ended; the same goal again needs another id. rear_points_m
-        [k, 2]: what a rear sonar sees now, in base_link.
+        the odometry at stamp_ns, carried on to there by who reads it more seldom. goal: in `odom`; one that differs
+        from the last step's takes its place. Once a goal has ended the answer to it stays: zero, and how it ended; the
+        same goal again needs another id. rear_points_m [k, 2]: what a rear sonar sees now, in base_link. sent: what
+        went to the robot after the last step, where that was not its answer.
 
-        Raises RefusedError for a stamp that is not after the last one's.
+        Raises RefusedError, before anything has changed, for a stamp that is not after the last one's, a goal farther
+        than 100 km from the origin, and rear points that are not finite.
         """
-        if self._stamp_ns is not None and stamp_ns <= self._stamp_ns:
-            raise RefusedError(f"stamp_ns: expected more than {self._stamp_ns}, got {stamp_ns}")
+        rear = self._checked(stamp_ns, goal, rear_points_m)
+        held = sent is not None and sent != self._answer
+        if sent is not None:
+            self._drive.sent(sent)
         errand = self._errand_for(goal)
         here = self._moved_to(stamp_ns, pose)
         target = self._frame.place(goal.pose)
         self._surroundings.stand(stamp_ns, here, target)
         if scan is not None:
-            self._surroundings.see(scan)
+            self._surroundings.see(scan, here)
         ahead = self._drive.ahead(stamp_ns, here)
-        self._surroundings.look(stamp_ns + self._drive.delay_ns, ahead, here, rear_points_m)
-        scan_age_s = math.inf if scan is None else (stamp_ns - scan.stamp_ns) / _NS_PER_S
-        twist, progress = errand.step(Now(stamp_ns, here, ahead, target, scan_age_s, self._drive.stands))
-        self._drive.commanded(stamp_ns, twist)
-        return twist, progress
+        self._surroundings.look(stamp_ns + self._drive.delay_ns, ahead, here, rear)
+        now = Now(stamp_ns, here, ahead, target, self._scan_age_s(stamp_ns), self._drive.stands, held)
+        self._answer, progress = errand.step(now)
+        self._drive.commanded(stamp_ns, self._answer)
+        return self._answer, progress
 
     def way(self, length_m: float) -> npt.NDArray[np.float64]:
         """The way ahead as it is known now [k, 2], in `odom`; empty where there is none, or the field plans none."""
@@ -80,6 +89,22 @@ class Navigator:
     def seen_points(self) -> npt.NDArray[np.float64]:
         """All that was seen and has not faded [n, 2], in `odom`."""
         return self._frame.in_odom(self._surroundings.map.points())
+
+    def _checked(self, stamp_ns: int, goal: Goal, rear_points_m: npt.ArrayLike | None) -> npt.NDArray[np.float64]:
+        """The rear points [k, 2]. Raises RefusedError for what no step can be made of."""
+        if self._stamp_ns is not None and stamp_ns <= self._stamp_ns:
+            raise RefusedError(f"stamp_ns: expected more than {self._stamp_ns}, got {stamp_ns}")
+        if max(abs(goal.pose.x_m), abs(goal.pose.y_m)) > FARTHEST_M:
+            raise RefusedError(f"goal {goal.id}: expected coordinates up to {FARTHEST_M:g} m, got {goal.pose}")
+        rear = np.asarray([] if rear_points_m is None else rear_points_m, float).reshape(-1, 2)
+        if not np.isfinite(rear).all():
+            raise RefusedError(f"rear_points_m: expected finite values, got {rear[~np.isfinite(rear)][0]}")
+        return rear
+
+    def _scan_age_s(self, stamp_ns: int) -> float:
+        """Of the newest scan on the map."""
+        scan_ns = self._surroundings.scan_ns
+        return math.inf if scan_ns is None else (stamp_ns - scan_ns) / _NS_PER_S
 
     def _errand_for(self, goal: Goal) -> Errand:
         if self._errand is None or self._errand.goal != goal:

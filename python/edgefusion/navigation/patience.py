@@ -57,13 +57,18 @@ class Patience:
     A way that suddenly is longer is a detour, to be driven: the patience begins anew, but not for ever.
     """
 
-    NEARER_M, LONGER_M, MOST_DETOURS = 0.1, 0.3, 60
+    NEARER_M, LONGER_M, MOST_DETOURS = 0.1, 0.3, 20
 
     def __init__(self, patience_s: float) -> None:
         self._patience_ns = round(patience_s * _NS_PER_S)
         self._best_m = self._last_m = math.inf
         self._since_ns: int | None = None
         self._detours = 0
+
+    def pause(self, ns: int) -> None:
+        """So much time does not count."""
+        if self._since_ns is not None:
+            self._since_ns += ns
 
     def is_over(self, stamp_ns: int, left_m: float) -> bool:
         """left_m: inf while no way is known."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Iterable, Iterator
 
 from edgefusion.navigation.drive_model import Motion
-from edgefusion.navigation.law import as_carried
+from edgefusion.navigation.law import CYCLE_S, as_carried
 from edgefusion.navigation.surroundings import Surroundings
 from edgefusion.types import Twist2D
 
@@ -50,7 +50,11 @@ class Steering:
         guard, seen = self._surroundings.guard, self._surroundings.map
         for twist in twists:
             v_mps, w_radps = twist.v_mps, twist.w_radps
-            if guard.free(seen, self._motion, v_mps, w_radps, self._hold_s, margin_m, linger_s):
+            # It may end after one cycle, or last for longer.
+            if all(
+                guard.free(seen, self._motion, v_mps, w_radps, hold_s, margin_m, linger_s)
+                for hold_s in (self._hold_s, CYCLE_S)
+            ):
                 return twist
         return None
 

@@ -23,6 +23,10 @@ Floats = npt.NDArray[np.float64]
 _INSET_M = 0.02
 """What seems to be so deep inside the hull where the robot stands has gone, or never was there."""
 
+BLIND_SHARE = 0.9
+"""A scan of which more beams say nothing is none."""
+
+_FARTHEST_M, _SPARE_S, _NS_PER_S = 1e6, 0.2, 1e9
 _EDGE_NS = 60_000_000
 """A beam may be measured so much before the first pose, or after the newest, and is placed with that."""
 
@@ -33,14 +37,15 @@ class Surroundings:
 
     def __init__(self, navigation: NavigationConfig, base: BaseConfig) -> None:
         self._laser = Pose2D(*base.laser_pose)
-        self._history = PoseHistory()
-        self._scan_ns: int | None = None
+        self._history = PoseHistory(round((navigation.max_scan_age_s + 0.5) * _NS_PER_S))
+        self.scan_ns: int | None = None
         self.footprint = Footprint(base.footprint_m)
         self.map = ObstacleMap(navigation.cell_m)
         ramps = base.acceleration_mps2, base.yaw_acceleration_radps2
         self.guard = Guard(self.footprint, *ramps)
         braking_m = base.max_speed_mps**2 / (2 * base.acceleration_mps2)
-        self._reach_m = self.footprint.circumscribed_m + braking_m + base.max_speed_mps * 0.5 + 0.3
+        held_m = base.max_speed_mps * (navigation.max_scan_age_s + _SPARE_S)
+        self._reach_m = self.footprint.circumscribed_m + navigation.margin_m + held_m + braking_m
         self._movers = Movers()
         self.points: Floats = np.zeros((0, 2))
         self.rear_m: Floats = np.zeros((0, 2))
@@ -49,37 +54,41 @@ class Surroundings:
         """The robot is here now, and on its way there."""
         self._history.add(stamp_ns, pose)
         self.map.cover(pose.x_m, pose.y_m, goal.x_m, goal.y_m)
-        self.map.stand(self.footprint, (pose.x_m, pose.y_m, pose.theta), _INSET_M)
+        self.map.stand(self.footprint, _row(pose), _INSET_M)
 
-    def see(self, scan: Scan) -> bool:
-        """Puts a scan on the map; False for one that is there already, or of a time when the pose was not known."""
-        if self._scan_ns is not None and scan.stamp_ns <= self._scan_ns:
-            return False
+    def see(self, scan: Scan, pose: Pose2D) -> None:
+        """Puts a scan on the map, for a robot that is here by now.
+
+        Left out are a scan that is there already, one of a time when the pose was not known, and one that says hardly
+        anything: of a laser that is covered or dazzled.
+        """
+        if self.scan_ns is not None and scan.stamp_ns <= self.scan_ns:
+            return
         poses = self._laser_poses(scan)
-        if poses is None:
-            return False
-        # Neighbours are those in the world: a robot that turns mixes up the beams of interlaced mirror turns.
-        scan = replace(scan, ranges_m=without_mixed(scan.ranges_m, poses[:, 2] + scan.angles))
-        self._scan_ns = scan.stamp_ns
-        range_max_m = min(scan.range_max_m, 1e6)
-        self.map.insert(
-            poses,
-            scan.ranges_m,
-            scan.angle_min,
-            scan.angle_increment,
-            scan.range_min_m,
-            range_max_m,
-            scan.stamp_ns,
-        )
+        if poses is None or np.isnan(scan.ranges_m).mean() > BLIND_SHARE:
+            return
+        # Nearer than it can measure is as near as that. Neighbours are those in the world: a robot that turns mixes up
+        # the beams of interlaced mirror turns.
+        ranges_m = np.where(scan.ranges_m < scan.range_min_m, np.float32(scan.range_min_m), scan.ranges_m)
+        scan = replace(scan, ranges_m=without_mixed(ranges_m, poses[:, 2] + scan.angles))
+        self.scan_ns = scan.stamp_ns
+        beams = scan.ranges_m, scan.angle_min, scan.angle_increment
+        self.map.insert(poses, *beams, scan.range_min_m, min(scan.range_max_m, _FARTHEST_M), scan.stamp_ns)
+        self.map.stand(self.footprint, _row(pose), _INSET_M)
         self.points = _ends(poses, scan)
         self._movers.see(scan, self.points, Pose2D(*poses[len(poses) // 2]), self.map)
-        return True
 
-    def look(self, stamp_ns: int, ahead: Motion, here: Pose2D, rear_points_m: npt.ArrayLike | None) -> None:
-        """The guard looks about where and when the next command takes effect. rear_points_m [k, 2]: what the rear sonar
-        sees, in base_link of the robot here; it is not remembered."""
-        rear = np.zeros((0, 2)) if rear_points_m is None else np.asarray(rear_points_m, float).reshape(-1, 2)
-        self.rear_m = _placed(rear, here)
+    def touched(self, pose: Pose2D) -> bool:
+        """Whether the newest scan sees something inside the hull of a robot here."""
+        c, s = math.cos(pose.theta), math.sin(pose.theta)
+        x, y = ((self.points - (pose.x_m, pose.y_m)) @ np.array([[c, -s], [s, c]])).T
+        near = np.hypot(x, y) < self.footprint.circumscribed_m
+        return any(self.footprint.gap(a, b) < -_INSET_M for a, b in zip(x[near], y[near]))
+
+    def look(self, stamp_ns: int, ahead: Motion, here: Pose2D, rear_m: Floats) -> None:
+        """The guard looks about where and when the next command takes effect. rear_m [k, 2]: what the rear sonar sees,
+        in base_link of the robot here; it is not remembered."""
+        self.rear_m = _placed(rear_m, here)
         standing = np.hstack([self.rear_m, np.zeros_like(self.rear_m)])
         moving = np.concatenate([standing, self._movers.at(stamp_ns)])
         self.guard.look(self.map, ahead[0], ahead[1], self._reach_m, moving)
@@ -111,3 +120,7 @@ def _placed(points_m: Floats, pose: Pose2D) -> Floats:
     """Points of base_link in the local frame."""
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     return np.asarray(points_m @ np.array([[c, s], [-s, c]]) + (pose.x_m, pose.y_m))
+
+
+def _row(pose: Pose2D) -> tuple[float, float, float]:
+    return pose.x_m, pose.y_m, pose.theta
