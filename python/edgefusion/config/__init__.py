@@ -9,6 +9,7 @@ from typing import Literal
 
 import msgspec
 
+from edgefusion.config.camera import CameraConfig
 from edgefusion.config.mission import MissionConfig
 from edgefusion.config.navigation import BaseConfig, KhatibConfig, NavigationConfig
 from edgefusion.config.perception import USUAL_HEIGHTS, HeightRule, Heights, PerceptionConfig, SyncConfig
@@ -18,6 +19,7 @@ from edgefusion.config.strict import convert, read_toml
 __all__ = [
     "USUAL_HEIGHTS",
     "BaseConfig",
+    "CameraConfig",
     "Config",
     "HeightRule",
     "Heights",
@@ -43,6 +45,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     navigation: NavigationConfig = NavigationConfig()
     safety: SafetyConfig = SafetyConfig()
     mission: MissionConfig = MissionConfig()
+    camera: CameraConfig = CameraConfig()
 
 
 def load_config(path: Path | None) -> Config:
