@@ -15,7 +15,7 @@ from edgefusion.navigation.mission import Mission
 from edgefusion.navigation.mission_step import MissionState, MissionStep
 from edgefusion.navigation.progress import Progress, Reason, State
 from edgefusion.sim.robot import BaseSpec, SimBase
-from edgefusion.types import ClassScore, Cluster, Detection, Goal, Pose2D, Scan, Twist2D, Vote
+from edgefusion.types import ClassScore, Cluster, Detection, Goal, Pose2D, Twist2D, Vote
 from straight_drive import StraightDrive
 
 S = 1_000_000_000
@@ -60,7 +60,7 @@ class OpenGround:
         self._id, self._follower = "", StraightDrive(Goal("", Pose2D()))
         self.stamps_ns: list[int] = []
 
-    def step(self, stamp_ns: int, scan: Scan | None, pose: Pose2D, goal: Goal) -> tuple[Twist2D, Progress]:
+    def step(self, stamp_ns, scan, pose, goal, rear_points_m=None, sent=None) -> tuple[Twist2D, Progress]:
         self.stamps_ns.append(stamp_ns)
         if goal.id != self._id:
             self._id, self._follower = goal.id, StraightDrive(goal)

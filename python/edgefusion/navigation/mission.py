@@ -8,6 +8,8 @@ import math
 from dataclasses import replace
 from typing import Protocol, Sequence
 
+import numpy.typing as npt
+
 from edgefusion.config import MissionConfig
 from edgefusion.errors import RefusedError
 from edgefusion.navigation.inspection import Inspection
@@ -24,7 +26,15 @@ BRAKING_WAY_M = 5.0
 class Navigator(Protocol):
     """Drives to one goal; another goal.id than the last call's begins a new one."""
 
-    def step(self, stamp_ns: int, scan: Scan | None, pose: Pose2D, goal: Goal) -> tuple[Twist2D, Progress]: ...
+    def step(
+        self,
+        stamp_ns: int,
+        scan: Scan | None,
+        pose: Pose2D,
+        goal: Goal,
+        rear_points_m: npt.ArrayLike | None,
+        sent: Twist2D | None,
+    ) -> tuple[Twist2D, Progress]: ...
 
 
 class Mission:
@@ -39,6 +49,7 @@ class Mission:
         self._goals: list[Goal] = []
         self._lists = 0  # of goals, so far
         self._stamp_ns = 0  # of the last step
+        self._for_navigator: tuple[npt.ArrayLike | None, Twist2D | None] = (None, None)  # of this step
         self._there_ns: int | None = None  # since when it is at the last goal
         self._inspection: Inspection | None = None
         self._inspections = 0
@@ -96,13 +107,16 @@ class Mission:
         pose: Pose2D,
         detections: Sequence[Detection] = (),
         answers: Sequence[PictureAnswer] = (),
+        rear_points_m: npt.ArrayLike | None = None,
+        sent: Twist2D | None = None,
     ) -> MissionStep:
         """One step, at 20 Hz. pose: by odometry, at stamp_ns. detections, answers: what arrived since the last step.
 
+        rear_points_m [k, 2], sent: for the navigator, as in `Navigator.step`.
         Raises RefusedError for a stamp that is not after the last one.
         """
         self._sightings.add_pose(stamp_ns, pose)
-        self._stamp_ns = stamp_ns
+        self._stamp_ns, self._for_navigator = stamp_ns, (rear_points_m, sent)
         self._sightings.add(detections, inspecting=self.state in (MissionState.DRIVING, MissionState.INSPECTING))
         self._take(stamp_ns, answers)
         if self._inspection is not None and self._inspection.is_over(stamp_ns):
@@ -119,12 +133,15 @@ class Mission:
         """Towards the next goal."""
         goal, self._halt = self._goals[0], None
         # In another list the same id is another goal, which the navigator cannot know.
-        twist, progress = self._navigator.step(stamp_ns, scan, pose, replace(goal, id=f"{goal.id}/{self._lists}"))
+        twist, progress = self._navigate(stamp_ns, scan, pose, replace(goal, id=f"{goal.id}/{self._lists}"))
         if progress.state is State.BLOCKED:
             self._become(MissionState.BLOCKED, progress.reason.value if progress.reason else "blocked")
         elif progress.state is State.ARRIVED:
             self._arrive(stamp_ns)
         return self._answer(twist, goal, replace(progress, goal_id=goal.id), note=progress.note)
+
+    def _navigate(self, stamp_ns: int, scan: Scan | None, pose: Pose2D, goal: Goal) -> tuple[Twist2D, Progress]:
+        return self._navigator.step(stamp_ns, scan, pose, goal, *self._for_navigator)
 
     def _arrive(self, stamp_ns: int) -> None:
         """On to the next goal, or after a last look around it has arrived."""
@@ -142,7 +159,7 @@ class Mission:
     ) -> MissionStep:
         """Still; the navigator is told all the same, so that it goes on seeing what the laser sees."""
         self._halt = self._halt or Goal("mission/stand", pose, BRAKING_WAY_M, math.pi)
-        self._navigator.step(stamp_ns, scan, pose, self._halt)
+        self._navigate(stamp_ns, scan, pose, self._halt)
         return self._answer(Twist2D(), self._goals[0] if self._goals else None, request=request, note=note)
 
     def _begin_inspection(self, stamp_ns: int, pose: Pose2D) -> None:
@@ -163,7 +180,7 @@ class Mission:
         if inspection.goal is None:
             return self._stand(stamp_ns, scan, pose, request, note)
         self._halt = None
-        twist, progress = self._navigator.step(stamp_ns, scan, pose, inspection.goal)
+        twist, progress = self._navigate(stamp_ns, scan, pose, inspection.goal)
         inspection.turned(stamp_ns, progress)
         return self._answer(twist, self._goals[0], progress, note=note)
 

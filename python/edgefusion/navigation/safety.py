@@ -48,7 +48,10 @@ class Stamps(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """What is sent to the robot. findings: all that is not as it should be, the worst first."""
+    """What goes to the robot, once it is in what the wire carries (law.as_carried): slowing gives fractions.
+
+    findings: all that is not as it should be, the worst first.
+    """
 
     action: Action
     twist: Twist2D

@@ -114,7 +114,7 @@ class Drive:
         """What the gate lets through of what the mission wants."""
         odometry = self._simulation.odometry
         detections, answers = self._vision.arrived(now_ns)
-        step = self._mission.step(now_ns, self._scan, odometry, detections, answers)
+        step = self._mission.step(now_ns, self._scan, odometry, detections, answers, sent=self._sent)
         if step.request is not None:
             self._vision.ask(step.request)
         self._standing = step.request is not None or (self._standing and step.result is None)
@@ -123,7 +123,7 @@ class Drive:
         decision = self._gate.step(now_ns, WELL, stamps, step.twist)
         self.log.stepped(step)
         self.log.decided(decision)
-        return as_carried(decision.twist)
+        return as_carried(decision.twist)  # slowing gives fractions
 
     def _stop_where_it_must_end(self, now_ns: int) -> None:
         if self.clearance_m == 0:
