@@ -28,6 +28,7 @@ class CaptureLoop:
         self._state, self._lock = CameraState(config), threading.Lock()
         self._source: PictureSource | None = None
         self._deadline_ns = 0
+        self._first_arrival_ns: int | None = None  # of the source that is open
         self._pause_s, self._open_at_ns = config.first_pause_s, clock()
 
     def step(self, timeout_s: float) -> bool:
@@ -51,23 +52,29 @@ class CaptureLoop:
         except PipeEndedError as error:
             self._give_up(str(error))
             return False
+        self._first_arrival_ns = None
         self._deadline_ns = self._clock() + round(self._config.open_timeout_s * 1e9)
         return True
 
     def _take(self, picture: Picture) -> None:
         self._deadline_ns = self._clock() + round(self._config.read_timeout_s * 1e9)
+        if self._first_arrival_ns is None:
+            self._first_arrival_ns = picture.arrival_ns
         with self._lock:
             self._state.take(picture.arrival_ns, picture.image)
             fault, is_frozen = self._state.fault, self._state.is_frozen
-        if fault:
-            self._ring.clear()
-        else:
-            stamp_ns = picture.arrival_ns - round(self._config.exposure_offset_s * 1e9)
-            self._ring.add(Arrival(picture.arrival_ns, Frame(stamp_ns, picture.image)))
-        if is_frozen:  # OpenCV gives the last picture for ever where a device has gone
+        if not fault:
+            self._keep(picture)
+            return
+        self._ring.clear()
+        # OpenCV gives the last picture for ever where a device has gone. One that is just opened may begin with it.
+        if is_frozen and picture.arrival_ns - self._first_arrival_ns >= self._config.frozen_s * 1e9:
             self._pause()
-        elif not fault:
-            self._pause_s = self._config.first_pause_s
+
+    def _keep(self, picture: Picture) -> None:
+        stamp_ns = picture.arrival_ns - round(self._config.exposure_offset_s * 1e9)
+        self._ring.add(Arrival(picture.arrival_ns, Frame(stamp_ns, picture.image)))
+        self._pause_s = self._config.first_pause_s
 
     def _give_up(self, reason: str) -> None:
         with self._lock:
