@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""pyserial's ports with a deadline on everything that it would wait for."""
+
+from __future__ import annotations
+
+import termios
+import time
+from contextlib import suppress
+from typing import Any
+
+import serial
+
+from edgefusion.errors import RefusedError
+
+READ_S = 0.02
+WRITE_S = 0.1
+FAILURES = (serial.SerialException, OSError, termios.error)
+
+
+def open_port(name: str, baudrate: int) -> Any:
+    """8N1. Raises what pyserial raises."""
+    try:
+        return serial.serial_for_url(name, baudrate, timeout=READ_S, write_timeout=WRITE_S, exclusive=True)
+    except ValueError as error:
+        raise RefusedError(f"{name}: expected a port and a speed that it has, got {baudrate}: {error}") from error
+
+
+def drain(port: Any) -> None:
+    """Waits for the last byte to leave, which tcdrain would do for ever. A socket does not tell."""
+    deadline_s = time.monotonic() + WRITE_S
+    while getattr(port, "out_waiting", 0) and time.monotonic() < deadline_s:
+        time.sleep(0.001)
+
+
+def close_port(port: Any) -> None:
+    """Raises nothing. Bytes that nobody takes are forgotten: they would hold up the closing for 30 s."""
+    for close in (port.reset_output_buffer, port.close):
+        with suppress(*FAILURES):
+            close()
