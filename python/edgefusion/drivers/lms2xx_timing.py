@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""When the LMS2xx measured what it sends: the telegram carries no time, so it is worked out from its arrival."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from edgefusion.drivers.lms2xx_scan import RawScan, range_max_m, ranges_of
+from edgefusion.errors import RefusedError
+from edgefusion.types import Scan
+
+TURN_NS = 13_333_333
+"""The mirror makes 75 turns a second."""
+
+_BITS_PER_BYTE = 10
+
+
+def line_ns(size: int, baud: int) -> int:
+    """What so many bytes take on a line of 8N1. Raises RefusedError for no speed."""
+    if baud < 1:
+        raise RefusedError(f"baud: expected at least 1, got {baud}")
+    return size * _BITS_PER_BYTE * 1_000_000_000 // baud
+
+
+def first_byte_ns(received_ns: int, begin: int, received_bytes: int, baud: int) -> int:
+    """When a telegram began to arrive, if the stream had so many bytes at that time: those since `begin` came one after
+    the other, since the scanner sends without a pause or paused before them."""
+    return received_ns - line_ns(received_bytes - begin, baud)
+
+
+def beam_times(raw: RawScan) -> npt.NDArray[np.int64]:
+    """When each beam was measured, from the middle one's time [ns], int64[n].
+
+    A scan finer than a degree is woven from several turns of the mirror, each a turn later than the one before: beam i
+    is of turn i modulo their number.
+    """
+    beams = np.arange(len(raw.values))
+    turn = beams % raw.variant.turns
+    times = (beams * raw.angle_increment / (2 * math.pi) + turn) * TURN_NS
+    from_middle: npt.NDArray[np.int64] = np.rint(times - times[len(beams) // 2]).astype(np.int64)
+    return from_middle
+
+
+def stamped(raw: RawScan, measuring_mode: int, first_ns: int) -> Scan:
+    """The scan in the laser's frame. first_ns: when the telegram's first byte came, which is when its last beam had
+    been measured. Raises RefusedError for a mode without ranges."""
+    dt_ns = beam_times(raw)
+    return Scan(
+        first_ns - int(dt_ns.max()),
+        ranges_of(raw, measuring_mode),
+        raw.angle_min,
+        raw.angle_increment,
+        range_max_m=range_max_m(raw, measuring_mode),
+        beam_dt_ns=dt_ns,
+    )
