@@ -105,28 +105,33 @@ bool Guard::fits(const Pose& pose, double margin) const {
   return now.standing >= margin && now.moving >= margin;
 }
 
-// Of every point what is added to its gap: 0, or what a point that is nearer than the margin now lacks of it.
-std::vector<double> Guard::credits(const Pose& start, double margin) const {
+Guard::Needs Guard::needs(const Pose& start, double margin) const {
   const double cosine = std::cos(start.theta), sine = std::sin(start.theta);
   const double reach = footprint_.circumscribed() + margin;
-  std::vector<double> credits(points_.size(), 0.0);
+  std::vector<double> now(points_.size(), kNone);
+  double smallest = kNone;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const double dx = points_[i].x - start.x, dy = points_[i].y - start.y;
     if (dx * dx + dy * dy > reach * reach) continue;
-    credits[i] = margin - kept(footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx), margin);
+    now[i] = footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx);
+    if (now[i] >= kTooNear * margin) smallest = std::min(smallest, now[i]);
   }
-  return credits;
+  Needs needs{kept(smallest, margin), std::vector<double>(points_.size(), 0.0)};
+  for (std::size_t i = 0; i < points_.size(); ++i)
+    if (now[i] < kTooNear * margin) needs.credits[i] = needs.least - kept(now[i], margin);
+  return needs;
 }
 
 // Whether all gaps after some time are as large as they must be.
-bool Guard::keeps(const Pose& pose, double after, double margin, const std::vector<double>& credits) const {
+bool Guard::keeps(const Pose& pose, double after, const Needs& needs) const {
   const double cosine = std::cos(pose.theta), sine = std::sin(pose.theta);
-  const double reach = footprint_.circumscribed() + margin;
+  const double reach = footprint_.circumscribed() + needs.least;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Point& p = points_[i];
     const double dx = p.x + after * p.vx - pose.x, dy = p.y + after * p.vy - pose.y;
     if (dx * dx + dy * dy > reach * reach) continue;
-    if (footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx) + credits[i] < margin) return false;
+    const double gap = footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx);
+    if (gap + needs.credits[i] < needs.least) return false;
   }
   return true;
 }
@@ -166,7 +171,7 @@ bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& com
   expect_finite("motion, command, margin", given, 8);
   expect_duration("hold", hold);
   expect_duration("linger", linger);
-  const std::vector<double> allowed = credits(start.pose, margin);
+  const Needs needed = needs(start.pose, margin);
   Motion m = start;
   for (double time = 0.0;;) {
     const bool braking = time >= hold;
@@ -178,7 +183,7 @@ bool Guard::free(const ObstacleMap& map, const Motion& start, const Command& com
     if (!braking) dt = std::min(dt, hold - time);
     m = followed(m, braking ? Command{0.0, 0.0} : command, ramps_, dt);
     time += dt;
-    if (!keeps(m.pose, time, margin, allowed)) return false;
+    if (!keeps(m.pose, time, needed)) return false;
     if (m.v > kStill && !shown(map, m.pose, footprint_.front())) return false;
     if (m.v < -kStill && !shown(map, m.pose, footprint_.back())) return false;
   }

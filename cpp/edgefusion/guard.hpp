@@ -43,7 +43,7 @@ class Guard {
   double gap(const Pose& pose) const;
 
   /// Whether a base that moves so can follow the command for `hold` seconds, then brake, and come no nearer than
-  /// `margin` to anything meanwhile. To a point that is nearer already it comes no nearer; that loosens nothing else. It goes
+  /// `margin` to anything meanwhile. A base that is nearer already may go where it does not come nearer still. It goes
   /// forward only where its nose, and back only where its tail, comes to ground that was seen.
   ///
   /// Throws std::invalid_argument for numbers that are not finite, a hold and a linger below 0.
@@ -65,8 +65,12 @@ class Guard {
     double standing, moving;
   };
   Gaps gaps(const Pose& pose, double after, double beyond) const;
-  std::vector<double> credits(const Pose& start, double margin) const;
-  bool keeps(const Pose& pose, double after, double margin, const std::vector<double>& credits) const;
+  struct Needs {
+    double least;                 // to be kept to every point ...
+    std::vector<double> credits;  // ... whose gap counts for so much more
+  };
+  Needs needs(const Pose& start, double margin) const;
+  bool keeps(const Pose& pose, double after, const Needs& needs) const;
   bool passed_by(const Pose& pose, double from, double linger, double margin) const;
   bool shown(const ObstacleMap& map, const Pose& pose, double ahead) const;
 
@@ -79,6 +83,10 @@ class Guard {
 /// So deep things are taken to be behind what is seen of them, as far as the ground there was never seen [m]: a tail
 /// that swings must not meet the far side of a post.
 constexpr double kDepth = 0.15;
+
+/// Points nearer than this share of the margin are judged each by itself: to those the base comes no nearer, and they
+/// loosen nothing else. Points between that and the margin lower what is kept to all.
+constexpr double kTooNear = 0.3;
 
 /// What a base must keep to a point that is so near now: the margin, or, where it is nearer already, hardly less.
 double kept(double gap, double margin);

@@ -102,8 +102,9 @@ void Manoeuvre::fill_bins(const std::vector<double>& points) {
     const double cosine = std::cos(start_.theta), sine = std::sin(start_.theta);
     const double dx = points[i] - start_.x, dy = points[i + 1] - start_.y;
     const double now = footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx);
-    // To a point that is nearer than the margin now it comes no nearer; that loosens nothing else.
-    bin.insert(bin.end(), {points[i], points[i + 1], std::max(0.0, margin_ - now)});
+    // Points that are too near now count for as much as keeps the base from coming nearer still (guard.hpp).
+    const double credit = now < kTooNear * margin_ ? margin_ - now : 0.0;
+    bin.insert(bin.end(), {points[i], points[i + 1], credit});
   }
 }
 
@@ -123,8 +124,8 @@ double Manoeuvre::gap(const Pose& pose) const {
       for (std::size_t i = 0; i < bin.size(); i += 3) {
         const double dx = bin[i] - pose.x, dy = bin[i + 1] - pose.y;
         if (dx * dx + dy * dy > reach_ * reach_) continue;
-        const double one = footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx);
-        if (one + bin[i + 2] < margin_ - kRounding) return -kNone;
+        const double one = footprint_.gap(cosine * dx + sine * dy, cosine * dy - sine * dx) + bin[i + 2];
+        if (bin[i + 2] > 0.0 && one < margin_ - kRounding) return -kNone;
         smallest = std::min(smallest, one);
       }
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "edgefusion/cells.hpp"
 #include "edgefusion/refuse.hpp"
@@ -17,6 +18,9 @@ constexpr double kLargestSide = 60.0, kAround = 5.0, kSmallestCell = 0.01;
 // A beam that ends in a cell weighs as much as three that come through; what was seen for long fades in a dozen.
 constexpr int kHit = 3, kStrongest = 12;
 constexpr int kMeanOf = 12;
+// Cells with less than one in so many of the hits of a neighbour hold its noise; hits are counted up to so many.
+constexpr int kTailShare = 10;
+constexpr std::uint8_t kMostHits = 100;
 // A beam that passes farther from the point than this says nothing about it: it may be a wall that the beam grazes.
 constexpr double kThrough = 0.02;
 // So many beams must have come through a cell's middle before it counts as one where nothing was.
@@ -117,7 +121,7 @@ void ObstacleMap::hit(double x, double y, std::uint32_t now_ms) {
   if (!window_.holds(c, r)) return;
   Cell& cell = cells_[window_.index(c, r)];
   if (cell.evidence == 0) {
-    cell.points = 0;
+    cell.points = cell.hits = 0;
     cell.born = cell.passed >= kPassed;
     cell.passed = 0;
     cell.born_ms = now_ms;
@@ -128,6 +132,24 @@ void ObstacleMap::hit(double x, double y, std::uint32_t now_ms) {
   cell.y += share * (static_cast<float>(y) - cell.y);
   cell.evidence = static_cast<std::uint8_t>(std::min<int>(cell.evidence + kHit, kStrongest));
   cell.seen = 1;
+  count(c, r);
+}
+
+// All around is halved together, so that the shares stay, and what comes new is soon noticed.
+void ObstacleMap::count(std::int32_t column, std::int32_t row) {
+  if (++cells_[window_.index(column, row)].hits < kMostHits) return;
+  for (std::int32_t r = row - 1; r <= row + 1; ++r)
+    for (std::int32_t c = column - 1; c <= column + 1; ++c)
+      if (window_.holds(c, r)) cells_[window_.index(c, r)].hits /= 2;
+}
+
+// Whether a cell holds only the few beams whose noise reached over from a surface in the next cell.
+bool ObstacleMap::is_tail(std::int32_t column, std::int32_t row) const {
+  const int hits = cells_[window_.index(column, row)].hits;
+  for (std::int32_t r = row - 1; r <= row + 1; ++r)
+    for (std::int32_t c = column - 1; c <= column + 1; ++c)
+      if (window_.holds(c, r) && hits * kTailShare < cells_[window_.index(c, r)].hits) return true;
+  return false;
 }
 
 // From cell to cell along a beam.
@@ -209,9 +231,10 @@ void ObstacleMap::points_near(double x, double y, double reach, double depth,
   for_cells_near(x, y, reach, [&](std::size_t i, std::int32_t c, std::int32_t r) {
     const Cell& cell = cells_[i];
     if (cell.evidence > 0) {
+      if (is_tail(c, r)) return;
       points.push_back(static_cast<double>(cell.x));
       points.push_back(static_cast<double>(cell.y));
-    } else if (!cell.seen && deep > 0 && near_point(c, r, deep)) {
+    } else if (!cell.seen && deep > 0 && inside(c, r) && near_point(c, r, deep)) {
       points.push_back((c + 0.5) * cell_);
       points.push_back((r + 0.5) * cell_);
     }
@@ -223,6 +246,17 @@ bool ObstacleMap::near_point(std::int32_t column, std::int32_t row, std::int32_t
     for (std::int32_t c = column - cells; c <= column + cells; ++c)
       if (window_.holds(c, r) && cells_[window_.index(c, r)].evidence > 0) return true;
   return false;
+}
+
+// Whether the ground all around a cell is unseen, or has points: a cell at the rim may lie half on free ground.
+bool ObstacleMap::inside(std::int32_t column, std::int32_t row) const {
+  for (const auto& [c, r] :
+       {std::pair{column - 1, row}, {column + 1, row}, {column, row - 1}, {column, row + 1}}) {
+    if (!window_.holds(c, r)) continue;
+    const Cell& cell = cells_[window_.index(c, r)];
+    if (cell.seen && cell.evidence == 0) return false;
+  }
+  return true;
 }
 
 double ObstacleMap::age(double x, double y, std::uint32_t now_ms) const {

@@ -43,6 +43,7 @@ class ObstacleMap {
     float x = 0.0f, y = 0.0f;   // mean of the points seen here [m]
     std::uint8_t evidence = 0;  // above 0: something is here
     std::uint8_t points = 0;    // how many the mean is of, up to a limit
+    std::uint8_t hits = 0;      // how many beams ended here lately, beside how many in its neighbours
     std::uint8_t passed = 0;    // how many beams came through its middle, up to a limit
     std::uint8_t avoided = 0;   // how often the base failed to get through here
     std::uint32_t born_ms = 0;  // since when something is here that was not, where beams came through before
@@ -83,14 +84,18 @@ class ObstacleMap {
   void clear();
 
   /// Appends the points (x, y) within a square of half side `reach` about (x, y), and of the ground behind them that
-  /// was never seen the middles of cells as far as `depth`: what was seen from one side has another.
+  /// was never seen the middles of cells as far as `depth`: what was seen from one side has another. Points that are but
+  /// the noise of a surface in the next cell are left out.
   void points_near(double x, double y, double reach, double depth, std::vector<double>& points) const;
 
   /// Whether a beam has ever come through here, or the base.
   bool seen(double x, double y) const;
 
  private:
+  bool is_tail(std::int32_t column, std::int32_t row) const;
+  bool inside(std::int32_t column, std::int32_t row) const;
   bool near_point(std::int32_t column, std::int32_t row, std::int32_t cells) const;
+  void count(std::int32_t column, std::int32_t row);
   void resize(const MapWindow& window);
   void hit(double x, double y, std::uint32_t now_ms);
   void trace(double x, double y, double dx, double dy, double length);

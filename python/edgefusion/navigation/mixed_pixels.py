@@ -30,7 +30,7 @@ def _is_mixed(ranges_m: npt.NDArray[np.float32]) -> npt.NDArray[np.bool_]:
     if len(ranges_m) < 3:
         return mixed
     before, here, after = ranges_m[:-2], ranges_m[1:-1], ranges_m[2:]
-    with np.errstate(invalid="ignore", divide="ignore"):  # of infinities, and of a range of 0
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # infinities, ranges of next to 0
         rising = (here - before > EDGE_M) & (after - here > EDGE_M)
         falling = (before - here > EDGE_M) & (here - after > EDGE_M)
         # On a straight surface 1 / range is linear in the angle, as far as two steps.

@@ -64,7 +64,7 @@ class Navigator:
         than 100 km from the origin, and rear points that are not finite.
         """
         rear = self._checked(stamp_ns, goal, rear_points_m)
-        held = sent is not None and sent != self._answer
+        held = sent == Twist2D() != self._answer
         if sent is not None:
             self._drive.sent(sent)
         errand = self._errand_for(goal)

@@ -57,7 +57,7 @@ class Patience:
     A way that suddenly is longer is a detour, to be driven: the patience begins anew, but not for ever.
     """
 
-    NEARER_M, LONGER_M, MOST_DETOURS = 0.1, 0.3, 20
+    NEARER_M, LONGER_M, MOST_DETOURS = 0.1, 0.3, 60
 
     def __init__(self, patience_s: float) -> None:
         self._patience_ns = round(patience_s * _NS_PER_S)
