@@ -220,7 +220,7 @@ def test_fitting_and_gap_are_those_of_the_hull_to_the_points_of_the_map(places, 
 
 def test_the_other_side_of_what_is_seen_is_kept_clear_of_too() -> None:
     map_ = map_with(np.zeros((0, 2)))
-    see(map_, radius_m=0.75)
+    see(map_, radius_m=0.62)
     put(map_, wall((0.6, -0.2), (0.6, 0.2)))
     guard = guard_among(map_)
     assert guard.gap((1.3, 0.0, 0.0)) < 1.3 - 0.301 - 0.6 - 0.04
@@ -281,3 +281,25 @@ def test_what_is_no_guard_is_refused_by_name(seen_ground) -> None:
         guard_among(seen_ground).free(seen_ground, REST, 0, 0, -0.1, 0.1)
     with pytest.raises(ValueError, match=r"^moving: expected shape \[n, 4\], got \[1, 2\]$"):
         guard_among(seen_ground, [[1.0, 2.0]])
+
+
+def test_one_thing_too_near_loosens_nothing_else() -> None:
+    flank = [[0.0, -0.15]]  # six centimetres inside the hull
+    front = wall((0.30, -0.4), (0.30, 0.4))
+    map_ = map_with(np.concatenate([flank, front]), seen_m=2.0)
+    guard = guard_among(map_)
+    assert not guard.free(map_, (0.0, 0.0, 0.0, 0.2, 0.0), 0.2, 0.0, 0.1, 0.02)
+
+
+def test_the_noise_of_a_surface_in_the_next_cell_is_no_obstacle_but_what_comes_new_soon_is() -> None:
+    map_ = ObstacleMap(0.05)
+    map_.cover(0, 0, 1, 0)
+    shot = dict(angle_min=0.0, angle_increment=0.01, range_min_m=0.0, range_max_m=8.0)
+    for i in range(60):
+        map_.insert([[0, 0, 0]], np.array([1.01], np.float32), stamp_ns=i * 50_000_000, **shot)
+    map_.insert([[0, 0, 0]], np.array([0.99], np.float32), stamp_ns=4_000_000_000, **shot)
+    guard = guard_among(map_)
+    assert guard.gap((0, 0, 0)) == pytest.approx(1.01 - 0.21, abs=1e-3)
+    for i in range(12):
+        map_.insert([[0, 0, 0]], np.array([0.99], np.float32), stamp_ns=4_100_000_000 + i * 50_000_000, **shot)
+    assert guard_among(map_).gap((0, 0, 0)) == pytest.approx(0.99 - 0.21, abs=1e-3)
