@@ -5,9 +5,14 @@
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
 from benchmarks.maze_shapes import box
 
 from edgefusion.config import BaseConfig, NavigationConfig

@@ -6,14 +6,20 @@ is behind, and who walks by."""
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
 from benchmarks.maze_shapes import box, disc, walls
 from benchmarks.maze_world import PERSON_RADIUS_M, Person
 from benchmarks.nav_run import STOOD_NS
 
+from edgefusion.config import NavigationConfig
 from edgefusion.navigation.navigator import Navigator
 from edgefusion.navigation.progress import Reason, State
 from edgefusion.sim.laser import LaserSpec
@@ -65,7 +71,7 @@ def test_it_stands_while_scans_are_too_old_and_goes_on_when_they_come_back():
     assert is_at(drive.sim.pose, goal)
 
 
-@pytest.mark.parametrize("seconds", [5.0, 40.0])
+@pytest.mark.parametrize("seconds", [5.0, 35.0])
 def test_an_outage_longer_than_its_patience_is_no_lack_of_progress(seconds):
     drive, goal = Drive(OPEN).for_s(goal_at(2.0, 0.0), 2), goal_at(2.0, 0.0)
     drive.scan_of = lambda scan: None
@@ -172,23 +178,27 @@ def _never_came_through(steps, point):
 
 
 def test_it_never_backs_over_ground_that_it_has_not_seen():
-    """In a pocket, facing its end: wide enough to turn in, and not."""
-    wide = Drive(walls([(-1.0, 0.55), (0.7, 0.55), (0.7, -0.55), (-1.0, -0.55)])).until_end(goal_at(-1.6, 0.0), 40)
-    backwards = [k for k, step in enumerate(wide.steps) if step.twist.v_mps < 0]
+    """In a pocket, facing its end."""
+    drive = Drive(walls([(-1.0, 0.55), (0.7, 0.55), (0.7, -0.55), (-1.0, -0.55)])).until_end(goal_at(-1.6, 0.0), 40)
+    backwards = [k for k, step in enumerate(drive.steps) if step.twist.v_mps < 0]
     for k in backwards:
-        tail = wide.steps[k].pose.compose(Pose2D(-0.301, 0.0, 0.0))
-        assert not _never_came_through(wide.steps[: k + 1], (tail.x_m, tail.y_m))
-    assert all(abs(wide.steps[k].pose.theta) > math.radians(20) for k in backwards)
-    assert wide.last.state is State.ARRIVED
-    assert not wide.sim.contact
-    tight = Drive(walls([(-1.0, 0.35), (0.5, 0.35), (0.5, -0.35), (-1.0, -0.35)])).until_end(goal_at(-1.6, 0.0), 60)
-    assert min(v_mps for v_mps, _ in tight.twists) >= 0
-    assert (tight.last.state, tight.last.reason) == (State.BLOCKED, Reason.NO_PROGRESS)
-    assert not tight.sim.contact
+        tail = drive.steps[k].pose.compose(Pose2D(-0.301, 0.0, 0.0))
+        assert not _never_came_through(drive.steps[: k + 1], (tail.x_m, tail.y_m))
+    assert all(abs(drive.steps[k].pose.theta) > math.radians(20) for k in backwards)
+    assert drive.last.state is State.ARRIVED
+    assert not drive.sim.contact
+
+
+def test_where_it_cannot_turn_it_gives_up_rather_than_back_out_blindly():
+    pocket = walls([(-1.0, 0.35), (0.5, 0.35), (0.5, -0.35), (-1.0, -0.35)])
+    drive = Drive(pocket, navigation=NavigationConfig(patience_s=8.0)).until_end(goal_at(-1.6, 0.0), 60)
+    assert min(v_mps for v_mps, _ in drive.twists) >= 0
+    assert (drive.last.state, drive.last.reason) == (State.BLOCKED, Reason.NO_PROGRESS)
+    assert not drive.sim.contact
 
 
 @pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize("leaves_s", [-0.5, 0.5, 1.0, 1.5, 2.5])
+@pytest.mark.parametrize("leaves_s", [0.0, 0.7, 1.4, 2.1])
 def test_somebody_who_crosses_the_way_is_let_pass(side, leaves_s):
     person, goal = Person((2.0, -3.0 * side), (2.0, 3.0 * side), leaves_s), goal_at(4.0, 0.0)
     drive = Drive(lambda stamp_ns: np.vstack([OPEN, disc(person.at(stamp_ns), PERSON_RADIUS_M)]))

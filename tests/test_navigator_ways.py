@@ -6,9 +6,14 @@ says, and with what is wrong with odometry and commands."""
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
 from benchmarks.maze_shapes import box, wall, walls
 
 from edgefusion.config import BaseConfig, NavigationConfig
