@@ -292,8 +292,7 @@ def test_one_thing_too_near_loosens_nothing_else() -> None:
 
 
 def test_the_noise_of_a_surface_in_the_next_cell_is_no_obstacle_but_what_comes_new_soon_is() -> None:
-    map_ = ObstacleMap(0.05)
-    map_.cover(0, 0, 1, 0)
+    map_ = map_with(np.zeros((0, 2)), seen_m=1.3)
     shot = dict(angle_min=0.0, angle_increment=0.01, range_min_m=0.0, range_max_m=8.0)
     for i in range(60):
         map_.insert([[0, 0, 0]], np.array([1.01], np.float32), stamp_ns=i * 50_000_000, **shot)
