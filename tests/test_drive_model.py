@@ -100,6 +100,14 @@ def test_a_base_that_others_push_is_not_taken_to_stand():
     assert model.twist.v_mps == pytest.approx(0.3, abs=0.16)
 
 
+def test_a_base_that_rolls_slowly_against_its_command_does_not_stand():
+    model = DriveModel(BaseConfig())
+    for tick in range(20):
+        model.commanded(tick * CYCLE_NS, Twist2D())
+        model.moved(tick * CYCLE_NS, (tick + 1) * CYCLE_NS, Pose2D(0.08 * 0.05, 0.0, 0.0))
+    assert not model.stands
+
+
 def test_it_stands_once_the_base_does():
     driven, stands, speeds = Driven(50_000_000), [], []
     for tick in range(80):

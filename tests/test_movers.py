@@ -139,6 +139,25 @@ def test_who_has_come_to_a_stop_moves_no_more():
     assert len(movers.at(last_ns)) == 0
 
 
+def test_what_jumps_about_is_no_walker():
+    def jumps(time_s):
+        return walking(3.0, -1.2 if time_s < 0.8 else -1.65, 0.0, 1.0)(time_s)
+
+    assert len(watched(jumps, 0.8)[0].at(S + 8 * S // 10)) == 12
+    movers, last_ns = watched(jumps, 1.15)
+    assert len(movers.at(last_ns)) == 0
+
+
+def test_who_appears_far_away_is_somebody_else():
+    def changes(time_s):
+        return walking(3.0, -1.0, 0.0, 1.0)(time_s) if time_s < 1.0 else walking(3.0, 3.0, 0.0, 0.0)(time_s)
+
+    movers, last_ns = watched(changes, 1.3)
+    centre, velocity = centre_and_velocity(movers.at(last_ns))
+    assert centre == pytest.approx((3.0, -1.0 + (last_ns - S) / S), abs=0.15)
+    assert velocity == pytest.approx((0.0, 1.0), abs=0.15)
+
+
 def test_who_is_gone_from_the_middle_of_the_view_is_forgotten_soon():
     movers, last_ns = watched(walking(3.0, -1.0, 0.0, 1.0), 1.5, until_blind_s=1.0)
     assert len(movers.at(last_ns)) == 12

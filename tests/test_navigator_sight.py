@@ -190,8 +190,8 @@ def test_it_never_backs_over_ground_that_it_has_not_seen():
 
 
 def test_where_it_cannot_turn_it_gives_up_rather_than_back_out_blindly():
-    pocket = walls([(-1.0, 0.35), (0.5, 0.35), (0.5, -0.35), (-1.0, -0.35)])
-    drive = Drive(pocket, navigation=NavigationConfig(patience_s=8.0)).until_end(goal_at(-1.6, 0.0), 60)
+    pocket = walls([(-1.0, 0.31), (0.5, 0.31), (0.5, -0.31), (-1.0, -0.31)])
+    drive = Drive(pocket, navigation=NavigationConfig(patience_s=8.0)).until_end(goal_at(-1.6, 0.0), 90)
     assert min(v_mps for v_mps, _ in drive.twists) >= 0
     assert (drive.last.state, drive.last.reason) == (State.BLOCKED, Reason.NO_PROGRESS)
     assert not drive.sim.contact

@@ -87,8 +87,9 @@ def test_where_the_arc_is_not_free_a_straighter_one_may_be():
 
 def test_a_manoeuvre_stays_on_its_own_arc_and_may_come_closer():
     wish, moving = Twist2D(0.15, math.radians(10)), (0.0, 0.0, 0.0, 0.1, 0.0)
-    before = ahead(0.21 + 0.03)
+    before = ahead(0.21 + 0.036)
     assert among(before, moving).permitted(wish) == Twist2D()
+    assert among(before, moving).along(wish) != Twist2D()
     slower = [among(ahead(0.21 + gap_m), moving).along(wish) for gap_m in np.arange(0.03, 0.06, 0.002)]
     driven = {twist for twist in slower if twist != Twist2D()}
     assert len(driven) > 1
