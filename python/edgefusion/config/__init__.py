@@ -10,6 +10,7 @@ from typing import Literal
 import msgspec
 
 from edgefusion.config.camera import CameraConfig
+from edgefusion.config.laser import LaserConfig
 from edgefusion.config.mission import MissionConfig
 from edgefusion.config.navigation import BaseConfig, KhatibConfig, NavigationConfig
 from edgefusion.config.perception import USUAL_HEIGHTS, HeightRule, Heights, PerceptionConfig, SyncConfig
@@ -24,6 +25,7 @@ __all__ = [
     "HeightRule",
     "Heights",
     "KhatibConfig",
+    "LaserConfig",
     "MissionConfig",
     "NavigationConfig",
     "PerceptionConfig",
@@ -45,6 +47,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     navigation: NavigationConfig = NavigationConfig()
     safety: SafetyConfig = SafetyConfig()
     mission: MissionConfig = MissionConfig()
+    laser: LaserConfig = LaserConfig()
     camera: CameraConfig = CameraConfig()
 
 

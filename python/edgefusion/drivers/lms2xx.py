@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The driver of a SICK LMS2xx: stamped scans from a port, and how the scanner is."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from typing import Callable
+
+from edgefusion.clock import Clock, system_clock
+from edgefusion.config.laser import LaserConfig
+from edgefusion.drivers.link import Link, LinkError
+from edgefusion.drivers.lms2xx_line import LaserError, LaserLine
+from edgefusion.drivers.lms2xx_messages import POWER_ON, STOP, LaserStatus
+from edgefusion.drivers.lms2xx_scan import SCAN, parse_scan, range_mask
+from edgefusion.drivers.lms2xx_setup import difference, set_speed, set_up, start_stream
+from edgefusion.drivers.lms2xx_status import COMPONENT, health_of
+from edgefusion.drivers.lms2xx_telegram import Received
+from edgefusion.drivers.lms2xx_timing import first_byte_ns, stamped
+from edgefusion.errors import RefusedError
+from edgefusion.types import Health, HealthState, Scan
+
+ANSWER_S = 0.3
+POWER_ON_BAUD = 9600
+
+
+class Lms2xx:
+    """One scanner on a link. answer_s: how long it may take for an answer, beside what the line takes.
+
+    Not for several threads. After a LinkError start() begins anew, from any state of the scanner.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        config: LaserConfig,
+        clock: Clock = system_clock,
+        pause: Callable[[float], None] = time.sleep,
+        answer_s: float = ANSWER_S,
+    ) -> None:
+        self._link = link
+        self._config = config
+        self._answer_s = answer_s
+        self._line = LaserLine(link, clock, pause)
+        self._status: LaserStatus | None = None
+        self._health = Health(COMPONENT, HealthState.STARTING, "not started")
+
+    @property
+    def health(self) -> Health:
+        """As of the last scan or failure."""
+        return self._health
+
+    @property
+    def status(self) -> LaserStatus | None:
+        """What the scanner said of itself at the start; None before."""
+        return self._status
+
+    def start(self) -> None:
+        """From any state to streaming. Raises LinkError, RefusedError for what the scanner does not take."""
+        try:
+            self._link.open()
+            status = set_up(self._line, self._config, self._answer_s)
+            range_mask(status.measuring_mode)
+            start_stream(self._line, self._config, self._answer_s)
+        except (LinkError, RefusedError) as error:
+            raise self._failed(error) from None
+        self._status = status
+        self._health = self._health_with(status.status)
+
+    def read(self) -> list[Scan]:
+        """The scans that came within 20 ms, in the laser's frame; what is no scan of this scanner is not among them.
+
+        Raises LinkError where the line is lost or the scanner started anew, as after a dip of its power.
+        """
+        if self._status is None:
+            raise LaserError(f"{self._link.name}: expected start() before read()")
+        try:
+            found, now_ns = self._line.receive()
+            return [scan for item in found for scan in self._scans(item, self._status.measuring_mode, now_ns)]
+        except LinkError as error:
+            raise self._failed(error) from None
+
+    def close(self) -> None:
+        """Stops the stream, leaves the scanner at the speed it has after power-on, and closes. Raises nothing."""
+        if self._link.is_open:
+            with suppress(LinkError, RefusedError):
+                self._line.ask(STOP, self._answer_s)
+                set_speed(self._line, POWER_ON_BAUD, self._answer_s)
+        self._link.close()
+        self._status = None
+        self._health = Health(COMPONENT, HealthState.STARTING, "not started")
+
+    def _scans(self, item: Received, measuring_mode: int, now_ns: int) -> list[Scan]:
+        if item.handshake is not None:
+            return []
+        if item.payload[0] == POWER_ON:
+            raise LaserError(f"{self._link.name}: the scanner started anew: {item.payload[1:-1].decode('latin-1')}")
+        if item.payload[0] != SCAN:
+            return []
+        try:
+            raw = parse_scan(item.payload)
+        except RefusedError as error:
+            self._health = Health(COMPONENT, HealthState.DEGRADED, str(error))
+            return []
+        self._health = self._health_with(raw.status)
+        first_ns = first_byte_ns(now_ns, item.begin, self._line.reader.received_bytes, self._link.baudrate)
+        return [stamped(raw, measuring_mode, first_ns)]
+
+    def _health_with(self, status: int) -> Health:
+        health = health_of(status)
+        differs = difference(self._status, self._config) if self._status else ""
+        if health.state is not HealthState.OK or not differs:
+            return health
+        return Health(COMPONENT, HealthState.DEGRADED, f"{differs}; write_eeprom would change it")
+
+    def _failed(self, error: Exception) -> Exception:
+        self._status = None
+        self._health = Health(COMPONENT, HealthState.FAILED, str(error))
+        return error
