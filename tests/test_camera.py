@@ -41,14 +41,14 @@ def shows(camera: Camera, code: str) -> bool:
     return camera.health().reason.startswith(code)
 
 
-def test_every_picture_of_a_file_comes_in_order_with_rising_stamps_of_this_clock(tmp_path: Path) -> None:
+def test_every_picture_of_a_file_comes_in_order_at_its_pace_stamped_by_this_clock(tmp_path: Path) -> None:
     begin_ns = system_clock()
     config = CameraConfig(source=film(tmp_path / "a.avi", 20), rate_hz=100.0, keep_s=10.0, longest_pause_s=60.0)
     with Camera(config) as camera:
         wait_until(lambda: len(camera.after(0)) >= 20)
         frames = camera.after(0)[:20]
     stamps = [frame.stamp_ns for frame in frames]
-    assert stamps == sorted(set(stamps))
+    assert min(later - earlier for earlier, later in zip(stamps, stamps[1:])) >= 10_000_000
     assert begin_ns < stamps[0]
     assert stamps[-1] < system_clock()
     for number, frame in enumerate(frames):

@@ -44,6 +44,20 @@ def test_light_that_leaks_round_a_finger_is_covered() -> None:
     assert sight(noisy(gradient * np.ones(3), 4)) is Sight.COVERED
 
 
+def test_a_slit_of_light_at_the_edge_of_a_cover_is_covered_still() -> None:
+    image = large(90)
+    image[:16, 300:340] = 255
+    assert sight(noisy(image, 3)) is Sight.COVERED
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_edges_of_one_direction_are_enough(axis: int) -> None:
+    image = large(60)
+    np.moveaxis(image, axis, 0)[::40] = 180
+    np.moveaxis(image, axis, 0)[1::40] = 180
+    assert sight(image) is Sight.CLEAR
+
+
 def test_a_few_hot_pixels_do_not_make_a_black_picture_clear() -> None:
     image = large(0)
     rows, columns = np.random.default_rng(1).integers(0, (480, 640), (30, 2)).T

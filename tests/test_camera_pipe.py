@@ -72,6 +72,7 @@ def test_nothing_within_the_time_is_told_and_loses_nothing(opened, tmp_path: Pat
 
 def test_the_last_line_of_a_child_is_the_reason_of_its_end(opened) -> None:
     pipe = opened(python(r"print('a'); print('much noise\n' * 1000 + 'no such camera', file=sys.stderr)"))
+    os.waitid(os.P_PID, pipe.pid, os.WEXITED | os.WNOWAIT)
     with pytest.raises(PipeEndedError, match=r"^no such camera$"):
         read(BarePictures(pipe, 64, 48, SimClock()))
 
@@ -124,6 +125,15 @@ def test_a_child_that_hangs_and_ignores_signals_is_ended_by_closing() -> None:
     with pytest.raises(ProcessLookupError):
         os.kill(pipe.pid, 0)
     pipe.close()
+
+
+def test_what_libraries_print_does_not_get_between_the_pictures() -> None:
+    code = (
+        "from edgefusion.drivers.camera_capture import private_stdout; out = private_stdout()\n"
+        "os.write(1, b'a library'); out.write(b'picture'); out.flush()"
+    )
+    done = subprocess.run(python(code), capture_output=True, check=True)
+    assert (done.stdout, done.stderr) == (b"picture", b"a library")
 
 
 def test_the_capturing_child_ends_with_its_parent_even_while_it_hangs() -> None:

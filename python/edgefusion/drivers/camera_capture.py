@@ -27,7 +27,7 @@ from edgefusion.drivers.camera_v4l2 import apply_settings
 
 def main() -> NoReturn:
     """Captures until something fails."""
-    out = _private_stdout()
+    out = private_stdout()
     config = msgspec.json.decode(sys.stdin.buffer.readline(), type=CameraConfig)
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
     try:
@@ -92,8 +92,8 @@ def _write(out: IO[bytes], arrival_ns: int, image: npt.NDArray[np.uint8]) -> Non
     out.flush()
 
 
-def _private_stdout() -> IO[bytes]:
-    """The pipe to the parent; what libraries print goes to stderr."""
+def private_stdout() -> IO[bytes]:
+    """The pipe to the parent; what libraries print to stdout goes to stderr instead."""
     pipe = os.dup(1)
     os.dup2(2, 1)
     return os.fdopen(pipe, "wb")
