@@ -20,7 +20,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.navigation.navigator import Navigator
 from edgefusion.navigation.progress import Reason, State
 from edgefusion.types import Pose2D, Scan, Twist2D
-from navigator_drives import BASE, HERE, KHATIB, NAVIGATION, OPEN, Drive, S, goal_at, is_at
+from navigator_drives import BASE, HERE, KHATIB, NAVIGATION, OPEN, Drive, S, goal_at, is_at, off
 
 CELL = np.vstack([box((2.5, 0.0), 1.2, 1.2), box((2.5, 0.0), 1.6, 1.6)])
 PILLAR = box((2.0, 0.0), 0.4, 0.4)
@@ -42,6 +42,7 @@ def test_a_goal_on_open_ground_is_reached_within_its_tolerances(goal):
     assert drive.last.goal_id == "goal"
     assert drive.last.reason is None
     assert is_at(drive.sim.pose, goal)
+    assert off(drive.sim.pose, goal)[1] <= goal.heading_tolerance / 2  # where nothing is in the way of the turn
     assert abs(drive.sim.twist.v_mps) < 0.02
 
 

@@ -88,14 +88,15 @@ def test_a_scan_from_another_time_is_none():
         assert set(drive.twists) == {(0.0, 0.0)}
 
 
-def test_beams_that_say_nothing_open_no_way_ahead():
-    """All of them: it stands. Those ahead: it turns at most, for it drives only over ground that was seen."""
-    for beams in (slice(None), slice(80, 281)):
-        drive = Drive(OPEN)
-        drive.scan_of = filled(np.nan, beams)
-        drive.for_s(goal_at(3.0, 0.0), 2)
-        assert max(v_mps for v_mps, _ in drive.twists) == 0
-        assert drive.moved_m() == 0
+@pytest.mark.parametrize(("beams", "note"), [(slice(None), "no scan that is new enough"), (slice(80, 281), "")])
+def test_beams_that_say_nothing_open_no_way_ahead(beams, note):
+    """All of them: there is no scan. Those ahead: it drives only over ground that was seen."""
+    drive = Drive(OPEN)
+    drive.scan_of = filled(np.nan, beams)
+    drive.for_s(goal_at(3.0, 0.0), 2)
+    assert max(v_mps for v_mps, _ in drive.twists) == 0
+    assert drive.moved_m() == 0
+    assert note in drive.last.note
 
 
 def test_beams_that_met_nothing_are_free():

@@ -79,6 +79,16 @@ def test_the_papers_field_reaches_a_goal_on_open_ground():
     assert drive.navigator.way(3.0).shape == (0, 2)  # it plans none
 
 
+def test_the_papers_field_is_pushed_aside_by_what_is_near():
+    aside_m = []
+    for plan in (OPEN, box((1.5, 0.75), 0.3, 0.3)):
+        drive = Drive(plan, navigation=KHATIB).for_s(goal_at(3.0, 0.0), 8)
+        assert not drive.sim.contact
+        aside_m.append(min(step.pose.y_m for step in drive.steps))
+    assert aside_m[0] == pytest.approx(0.0, abs=0.01)
+    assert aside_m[1] < -0.02
+
+
 def test_the_papers_field_sticks_in_a_trap_and_says_so_in_time():
     drive = Drive(TRAP, navigation=KHATIB).until_end(goal_at(3.6, 0.0), 60)
     assert (drive.last.state, drive.last.reason) == (State.BLOCKED, Reason.NO_PROGRESS)
