@@ -96,7 +96,9 @@ bool NavigationFunction::take(std::size_t to, std::size_t from, double x, double
     return dx * dx + dy * dy;
   };
   const double squared = apart(point);
-  if (squared > cost_.comfort * cost_.comfort) return false;
+  // A little farther than it counts: a cell's nearest point comes to it through its neighbours.
+  const double farthest = cost_.comfort + 2.0 * next_.cell;
+  if (squared > farthest * farthest) return false;
   Point& own = next_.nearest[to];
   if (own.x != kNoPoint && apart(own) <= squared) return false;
   own = point;

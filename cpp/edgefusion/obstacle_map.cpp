@@ -18,8 +18,9 @@ constexpr double kLargestSide = 60.0, kAround = 5.0, kSmallestCell = 0.01;
 // A beam that ends in a cell weighs as much as three that come through; what was seen for long fades in a dozen.
 constexpr int kHit = 3, kStrongest = 12;
 constexpr int kMeanOf = 12;
-// Cells with less than one in so many of the hits of a neighbour hold its noise; hits are counted up to so many.
-constexpr int kTailShare = 10;
+// Cells with less than one in so many of the hits of a neighbour that has enough of them hold its noise; hits are
+// counted up to so many.
+constexpr int kTailShare = 12, kSureHits = 50;
 constexpr std::uint8_t kMostHits = 100;
 // A beam that passes farther from the point than this says nothing about it: it may be a wall that the beam grazes.
 constexpr double kThrough = 0.02;
@@ -148,7 +149,8 @@ bool ObstacleMap::is_tail(std::int32_t column, std::int32_t row) const {
   const int hits = cells_[window_.index(column, row)].hits;
   for (std::int32_t r = row - 1; r <= row + 1; ++r)
     for (std::int32_t c = column - 1; c <= column + 1; ++c)
-      if (window_.holds(c, r) && hits * kTailShare < cells_[window_.index(c, r)].hits) return true;
+      if (window_.holds(c, r) && std::max(hits * kTailShare, kSureHits) < cells_[window_.index(c, r)].hits)
+        return true;
   return false;
 }
 
@@ -234,7 +236,7 @@ void ObstacleMap::points_near(double x, double y, double reach, double depth,
       if (is_tail(c, r)) return;
       points.push_back(static_cast<double>(cell.x));
       points.push_back(static_cast<double>(cell.y));
-    } else if (!cell.seen && deep > 0 && inside(c, r) && near_point(c, r, deep)) {
+    } else if (!cell.seen && deep > 0 && near_point(c, r, deep)) {
       points.push_back((c + 0.5) * cell_);
       points.push_back((r + 0.5) * cell_);
     }
@@ -246,17 +248,6 @@ bool ObstacleMap::near_point(std::int32_t column, std::int32_t row, std::int32_t
     for (std::int32_t c = column - cells; c <= column + cells; ++c)
       if (window_.holds(c, r) && cells_[window_.index(c, r)].evidence > 0) return true;
   return false;
-}
-
-// Whether the ground all around a cell is unseen, or has points: a cell at the rim may lie half on free ground.
-bool ObstacleMap::inside(std::int32_t column, std::int32_t row) const {
-  for (const auto& [c, r] :
-       {std::pair{column - 1, row}, {column + 1, row}, {column, row - 1}, {column, row + 1}}) {
-    if (!window_.holds(c, r)) continue;
-    const Cell& cell = cells_[window_.index(c, r)];
-    if (cell.seen && cell.evidence == 0) return false;
-  }
-  return true;
 }
 
 double ObstacleMap::age(double x, double y, std::uint32_t now_ms) const {

@@ -93,7 +93,6 @@ class ObstacleMap {
 
  private:
   bool is_tail(std::int32_t column, std::int32_t row) const;
-  bool inside(std::int32_t column, std::int32_t row) const;
   bool near_point(std::int32_t column, std::int32_t row, std::int32_t cells) const;
   void count(std::int32_t column, std::int32_t row);
   void resize(const MapWindow& window);
