@@ -220,7 +220,7 @@ def test_fitting_and_gap_are_those_of_the_hull_to_the_points_of_the_map(places, 
 
 def test_the_other_side_of_what_is_seen_is_kept_clear_of_too() -> None:
     map_ = map_with(np.zeros((0, 2)))
-    see(map_, radius_m=0.62)
+    see(map_, radius_m=0.75)
     put(map_, wall((0.6, -0.2), (0.6, 0.2)))
     guard = guard_among(map_)
     assert guard.gap((1.3, 0.0, 0.0)) < 1.3 - 0.301 - 0.6 - 0.04
