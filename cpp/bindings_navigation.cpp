@@ -139,7 +139,6 @@ void bind_navigation(py::module_& m) {
           },
           py::arg("footprint"), py::arg("pose"), py::arg("inset_m"))
       .def("avoid", &ObstacleMap::avoid, py::arg("x_m"), py::arg("y_m"), py::arg("radius_m"))
-      .def("clear", &ObstacleMap::clear)
       .def("points", &all_points)
       .def("seen", &ObstacleMap::seen, py::arg("x_m"), py::arg("y_m"))
       .def_property_readonly("window", [](const ObstacleMap& map) {

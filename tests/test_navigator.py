@@ -211,3 +211,18 @@ def test_what_others_keep_it_from_costs_no_patience(sent, state):
         stamp_ns = tick * S // 20
         _, progress = navigator.step(stamp_ns, free_scan(stamp_ns), HERE, goal, sent=sent if tick else None)
     assert progress.state is state
+
+
+def test_a_robot_that_is_held_and_sees_nothing_new_is_told_to_stand():
+    navigator, goal = Navigator(NAVIGATION, BASE), goal_at(3.0, 0.0)
+    scan, answers = free_scan(0), []
+    for tick in range(1, 41):
+        answers.append(navigator.step(tick * S // 20, scan, HERE, goal, sent=Twist2D())[0])
+    assert any(twist.v_mps > 0 for twist in answers[:10])
+    assert set(answers[20:]) == {Twist2D()}
+
+
+@pytest.mark.parametrize("points", [[1.0, 2.0], [[1.0, 2.0, 3.0, 4.0]], np.zeros((2, 4))])
+def test_rear_points_of_another_shape_are_refused(points):
+    with pytest.raises(RefusedError, match=r"rear_points_m: expected shape \[k, 2\]"):
+        Navigator(NAVIGATION, BASE).step(S, None, HERE, goal_at(3.0, 0.0), points)

@@ -193,12 +193,6 @@ def test_where_the_base_stands_nothing_is_but_at_the_rim_of_its_hull() -> None:
     assert map_.seen(1.0, 0.75) and map_.seen(0.85, 1.15) and not map_.seen(1.3, 1.0)
 
 
-def test_clearing_forgets_points_and_ground() -> None:
-    map_ = map_with([[1.0, 0.0]], seen_m=2.0)
-    map_.clear()
-    assert len(map_.points()) == 0 and not map_.seen(0.5, 0.0)
-
-
 def test_what_came_to_where_beams_had_come_through_has_an_age_and_what_always_was_there_has_none() -> None:
     map_ = map_with([[1.0, 0.0]])
     pass_through(map_, 4, y=1.025)

@@ -223,10 +223,6 @@ void ObstacleMap::avoid(double x, double y, double radius) {
   });
 }
 
-void ObstacleMap::clear() {
-  std::fill(cells_.begin(), cells_.end(), Cell{});
-}
-
 void ObstacleMap::points_near(double x, double y, double reach, double depth,
                               std::vector<double>& points) const {
   const auto deep = static_cast<std::int32_t>(std::lround(depth / cell_));

@@ -80,9 +80,6 @@ class ObstacleMap {
   /// Remembers that the base failed to get through here: ways through a circle of this radius are longer from now on.
   void avoid(double x, double y, double radius);
 
-  /// Forgets everything.
-  void clear();
-
   /// Appends the points (x, y) within a square of half side `reach` about (x, y), and of the ground behind them that
   /// was never seen the middles of cells as far as `depth`: what was seen from one side has another. Points that are but
   /// the noise of a surface in the next cell are left out.

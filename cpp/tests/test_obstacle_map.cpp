@@ -35,7 +35,6 @@ TEST_CASE("a map without a window keeps nothing, and nothing is wrong with that"
   insert(map, {0, 0, 0}, {1.0f, kFree});
   map.stand(pioneer(), {0, 0, 0}, 0.02);
   map.avoid(0, 0, 1);
-  map.clear();
   CHECK(points(map).empty());
   CHECK_FALSE(map.seen(0, 0));
   CHECK(map.window().size() == 0);

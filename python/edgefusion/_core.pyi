@@ -202,8 +202,6 @@ class ObstacleMap:
         """Forgets what was seen where the base, at (x, y, theta), now stands, as far as inset_m inside its hull."""
     def avoid(self, x_m: float, y_m: float, radius_m: float) -> None:
         """The base failed to get through there: ways through that circle are longer from now on."""
-    def clear(self) -> None:
-        """Forgets everything."""
     def points(self) -> npt.NDArray[np.float64]:
         """All points, float64[n, 2]."""
     def seen(self, x_m: float, y_m: float) -> bool:

@@ -77,13 +77,13 @@ class Errand:
         """The velocity to drive with from now on."""
         if self._ended is not None:
             return Twist2D(), self._ended
-        held = self._held(now)
-        if held:  # by what it cannot help: nothing of that is its lack of progress
+        blind = self._blind(now)
+        if blind or now.held:  # by what it cannot help: nothing of that is its lack of progress
             self._patience.pause(now.stamp_ns - (self._last_ns or now.stamp_ns))
             self._stall, self._shut = Stall(), Shut()
         self._last_ns = now.stamp_ns
-        if held and not now.held:
-            return Twist2D(), self._progress(now, State.DRIVING, math.inf, note=held)
+        if blind:
+            return Twist2D(), self._progress(now, State.DRIVING, math.inf, note=blind)
         self._field.update(self._surroundings, now.target, self.goal.position_tolerance_m, now.here)
         self._there = law.is_there(_apart_m(now.target, now.pose_ahead), self._there, self.goal)
         descent = self._field.descend(now.pose_ahead, abs(now.ahead[3]))
@@ -94,13 +94,13 @@ class Errand:
         twist, note = self._drive(now, descent)
         return twist, self._progress(now, State.TURNING if self._there else State.DRIVING, left_m, note=note)
 
-    def _held(self, now: Now) -> str:
-        """Why it cannot do what it wishes, whatever the field says; empty where it can."""
+    def _blind(self, now: Now) -> str:
+        """Why it may not move, whatever the field says; empty where it may."""
         if not now.scan_age_s <= self._navigation.max_scan_age_s:
             return "no scan that is new enough"
         if self._surroundings.touched(now.here):
             return "something is inside the hull"
-        return "held" if now.held else ""
+        return ""
 
     def way(self, pose: Pose2D, length_m: float) -> Floats:
         """What lies ahead of the way [k, 2], in the local frame; empty for a field that plans none."""

@@ -22,20 +22,18 @@ _CARRIED_S = 0.5
 
 
 class LocalFrame:
-    """Equals `odom` until the odometry jumps. jumps: how often it has."""
+    """Equals `odom` until the odometry jumps."""
 
     def __init__(self, base: BaseConfig) -> None:
         self._base = base
         self._odom_in_local = STILL
         self._pose: Pose2D | None = None
-        self.jumps = 0
 
     def enter(self, odometry: Pose2D, dt_s: float, twist: Twist2D) -> Pose2D:
         """The robot's pose in this frame, dt_s after the last one. twist: how fast it was since, as far as is known:
         across a jump it is carried on with that."""
         pose = self._odom_in_local.compose(odometry)
         if self._pose is not None and self._jumped(pose.relative_to(self._pose), dt_s):
-            self.jumps += 1
             pose = self._pose.compose(twist.motion(min(dt_s, _CARRIED_S)))
             self._odom_in_local = pose.compose(STILL.relative_to(odometry))
         self._pose = pose

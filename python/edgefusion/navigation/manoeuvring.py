@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence, Tuple
+from typing import Tuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from edgefusion.navigation.drive_model import turned
 from edgefusion.navigation.function_field import FunctionField
 from edgefusion.navigation.patience import Stall
 from edgefusion.navigation.steering import Steering
-from edgefusion.navigation.surroundings import Surroundings
+from edgefusion.navigation.surroundings import Surroundings, row
 from edgefusion.types import Goal, Pose2D, Twist2D
 
 Leg = Tuple[float, float, Tuple[float, float, float]]
@@ -64,13 +64,13 @@ class Manoeuvring:
         if not (turning or math.isfinite(left_m)):
             return  # no way leads from here: nothing says where to
         others = self._surroundings.rear_m
-        common = (self._surroundings.map, self._field.function, _row(pose), PLANNED * self._margin_m, others)
+        common = (self._surroundings.map, self._field.function, row(pose), PLANNED * self._margin_m, others)
         self.to_goal = turning or left_m < GAIN_M
         if self.to_goal:
             heading_tolerance = max(goal.heading_tolerance, _DONE + math.radians(3.75))  # half a step of the search
             self._search.begin(
                 *common,
-                pose=_row(target),
+                pose=row(target),
                 position_tolerance_m=0.6 * goal.position_tolerance_m,
                 heading_tolerance=heading_tolerance,
             )
@@ -141,7 +141,3 @@ def _is_done(leg: Leg, pose: Pose2D) -> bool:
 
 def _apart(a: Pose2D, b: Pose2D) -> Tuple[float, float]:
     return a.x_m - b.x_m, a.y_m - b.y_m
-
-
-def _row(pose: Pose2D) -> Sequence[float]:
-    return pose.x_m, pose.y_m, pose.theta

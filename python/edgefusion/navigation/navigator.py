@@ -61,7 +61,7 @@ class Navigator:
         went to the robot after the last step, where that was not its answer.
 
         Raises RefusedError, before anything has changed, for a stamp that is not after the last one's, a goal farther
-        than 100 km from the origin, and rear points that are not finite.
+        than 50 km from the origin along an axis, and rear points that are not finite [k, 2].
         """
         rear = self._checked(stamp_ns, goal, rear_points_m)
         held = sent == Twist2D() != self._answer
@@ -96,7 +96,9 @@ class Navigator:
             raise RefusedError(f"stamp_ns: expected more than {self._stamp_ns}, got {stamp_ns}")
         if max(abs(goal.pose.x_m), abs(goal.pose.y_m)) > FARTHEST_M:
             raise RefusedError(f"goal {goal.id}: expected coordinates up to {FARTHEST_M:g} m, got {goal.pose}")
-        rear = np.asarray([] if rear_points_m is None else rear_points_m, float).reshape(-1, 2)
+        rear = np.zeros((0, 2)) if rear_points_m is None else np.asarray(rear_points_m, float)
+        if rear.ndim != 2 or rear.shape[1] != 2:
+            raise RefusedError(f"rear_points_m: expected shape [k, 2], got {list(rear.shape)}")
         if not np.isfinite(rear).all():
             raise RefusedError(f"rear_points_m: expected finite values, got {rear[~np.isfinite(rear)][0]}")
         return rear

@@ -12,7 +12,7 @@ from edgefusion.navigation.surroundings import Surroundings
 from edgefusion.types import Twist2D
 
 CLOSE = 0.5
-"""Of the margin is kept by manoeuvres, which are slow, and planned with half of it."""
+"""Of the margin is kept by manoeuvres, which are slow, and planned with a little more (manoeuvring.PLANNED)."""
 
 YIELDS_S = 2.0
 """The robot does not stop where somebody will come by within this time."""

@@ -54,7 +54,7 @@ class Surroundings:
         """The robot is here now, and on its way there."""
         self._history.add(stamp_ns, pose)
         self.map.cover(pose.x_m, pose.y_m, goal.x_m, goal.y_m)
-        self.map.stand(self.footprint, _row(pose), _INSET_M)
+        self.map.stand(self.footprint, row(pose), _INSET_M)
 
     def see(self, scan: Scan, pose: Pose2D) -> None:
         """Puts a scan on the map, for a robot that is here by now.
@@ -74,7 +74,7 @@ class Surroundings:
         self.scan_ns = scan.stamp_ns
         beams = scan.ranges_m, scan.angle_min, scan.angle_increment
         self.map.insert(poses, *beams, scan.range_min_m, min(scan.range_max_m, _FARTHEST_M), scan.stamp_ns)
-        self.map.stand(self.footprint, _row(pose), _INSET_M)
+        self.map.stand(self.footprint, row(pose), _INSET_M)
         self.points = _ends(poses, scan)
         self._movers.see(scan, self.points, Pose2D(*poses[len(poses) // 2]), self.map)
 
@@ -122,5 +122,6 @@ def _placed(points_m: Floats, pose: Pose2D) -> Floats:
     return np.asarray(points_m @ np.array([[c, s], [-s, c]]) + (pose.x_m, pose.y_m))
 
 
-def _row(pose: Pose2D) -> tuple[float, float, float]:
+def row(pose: Pose2D) -> tuple[float, float, float]:
+    """As the core takes it."""
     return pose.x_m, pose.y_m, pose.theta
