@@ -21,6 +21,8 @@ constexpr int kMeanOf = 12;
 // Cells with less than one in so many of the hits of a neighbour that has enough of them hold its noise; hits are
 // counted up to so many.
 constexpr int kTailShare = 12, kSureHits = 50;
+// Noise reaches over so far [m]: a point farther from a surface than this, and half a cell along it, is another's.
+constexpr double kNoise = 0.03;
 constexpr std::uint8_t kMostHits = 100;
 // A beam that passes farther from the point than this says nothing about it: it may be a wall that the beam grazes.
 constexpr double kThrough = 0.02;
@@ -146,11 +148,17 @@ void ObstacleMap::count(std::int32_t column, std::int32_t row) {
 
 // Whether a cell holds only the few beams whose noise reached over from a surface in the next cell.
 bool ObstacleMap::is_tail(std::int32_t column, std::int32_t row) const {
-  const int hits = cells_[window_.index(column, row)].hits;
+  const Cell& cell = cells_[window_.index(column, row)];
+  const int many = std::max(cell.hits * kTailShare, kSureHits);
+  const double reach = std::hypot(kNoise, 0.5 * cell_);
   for (std::int32_t r = row - 1; r <= row + 1; ++r)
-    for (std::int32_t c = column - 1; c <= column + 1; ++c)
-      if (window_.holds(c, r) && std::max(hits * kTailShare, kSureHits) < cells_[window_.index(c, r)].hits)
+    for (std::int32_t c = column - 1; c <= column + 1; ++c) {
+      if (!window_.holds(c, r)) continue;
+      const Cell& other = cells_[window_.index(c, r)];
+      if (many < other.hits &&
+          std::hypot(static_cast<double>(other.x - cell.x), static_cast<double>(other.y - cell.y)) <= reach)
         return true;
+    }
   return false;
 }
 

@@ -72,6 +72,18 @@ TEST_CASE("beams along the borders of cells, through their corners and out of th
   CHECK(points(map).empty());
 }
 
+TEST_CASE(
+    "the few beams that a surface's noise brings into the next cell are left out, another surface's are "
+    "not") {
+  ObstacleMap map = about_origin();
+  for (int i = 0; i < 45; ++i) put(map, 1.01, 0.02);
+  CHECK(points(map).size() == 2);
+  put(map, 0.98, 0.02);  // 3 cm before it
+  CHECK(points(map).size() == 2);
+  put(map, 0.96, 0.09);  // 7 cm off
+  CHECK(points(map).size() == 4);
+}
+
 TEST_CASE("a point on the corner of four cells is in one of them") {
   ObstacleMap map = about_origin(0.0625);
   put(map, 0.125, 0.125);
