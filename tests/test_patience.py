@@ -63,10 +63,15 @@ def test_a_passer_by_shuts_no_way():
         assert shut.lasts(tick * S, None if tick % 3 == 2 else Reason.ENCLOSED) is None
 
 
-def over_at(left_by_s, patience_s=5.0, until_s=300):
-    """When it is over [s], asked every second; None for never."""
+def over_at(left_by_s, patience_s=5.0, until_s=300, speed_mps=0.0):
+    """When it is over [s], asked every second of a robot that drives; None for never."""
     patience = Patience(patience_s)
-    return next((second for second in range(until_s) if patience.is_over(second * S, left_by_s(second))), None)
+    seconds = (
+        second
+        for second in range(until_s)
+        if patience.is_over(second * S, left_by_s(second), Pose2D(speed_mps * second, 0.0, 0.0))
+    )
+    return next(seconds, None)
 
 
 @pytest.mark.parametrize(
@@ -77,15 +82,30 @@ def over_at(left_by_s, patience_s=5.0, until_s=300):
         (lambda second: 50.0 - 0.15 * second, None),
         (lambda second: 20.0 - 0.015 * second, 6),  # slower than 0.1 m in 5 s
         (lambda second: 20.0 - 0.03 * second, None),  # in steps too small to count one by one
-        (lambda second: 10.0 - min(second, 8), 14),
-        (lambda second: 10.0 if second < 4 else 14.0 - 0.001 * second, 10),  # a detour: it begins anew
+        (lambda second: 10.0 - 0.25 * min(second, 8), 14),
         (lambda second: 10.0 + 0.2 * second, 6),  # creeping away is no detour
         (lambda second: math.inf if second < 4 else 10.0, 10),
-        (lambda second: 10.0 + 2.0 * (second % 2), 2 * Patience.MOST_DETOURS + 1),  # to and fro is not allowed for ever
     ],
 )
 def test_patience_lasts_as_long_as_it_gets_nearer(left_by_s, over_s):
     assert over_at(left_by_s) == over_s
+
+
+@pytest.mark.parametrize(
+    ("left_by_s", "over_s"),
+    [
+        (lambda second: 10.0 if second < 4 else 14.0 - 0.001 * second, 10),
+        (lambda second: 10.0 if second < 4 else math.inf if second < 5 else 14.0, 11),  # no way known in between
+        (lambda second: 10.0 if second < 4 else 6.0, 10),  # a shortcut
+        (lambda second: 10.0 + 2.0 * (second % 2), Patience.MOST_DETOURS + 1),  # to and fro is not allowed for ever
+    ],
+)
+def test_a_detour_begins_it_anew_where_the_robot_gets_about(left_by_s, over_s):
+    assert over_at(left_by_s, speed_mps=1.0) == over_s
+
+
+def test_detours_that_come_and_go_while_the_robot_stays_are_none():
+    assert over_at(lambda second: 10.0 + 2.0 * (second % 2)) == 6
 
 
 def test_it_lasts_as_long_as_it_is_told_to():
@@ -95,7 +115,7 @@ def test_it_lasts_as_long_as_it_is_told_to():
 def test_what_is_paused_does_not_count():
     patience = Patience(5.0)
     patience.pause(100 * S)  # before it has begun there is nothing to pause
-    assert not patience.is_over(0, 3.0)
+    assert not patience.is_over(0, 3.0, HERE)
     patience.pause(10 * S)
-    assert not patience.is_over(15 * S, 3.0)
-    assert patience.is_over(15 * S + 1, 3.0)
+    assert not patience.is_over(15 * S, 3.0, HERE)
+    assert patience.is_over(15 * S + 1, 3.0, HERE)

@@ -115,7 +115,7 @@ class Errand:
             if turned_enough:
                 return self._progress(now, State.ARRIVED, left_m)
         reason = self._shut.lasts(now.stamp_ns, self._field.shut)
-        if reason is None and self._patience.is_over(now.stamp_ns, left_m + (off if self._there else 0.0)):
+        if reason is None and self._patience.is_over(now.stamp_ns, left_m + (off if self._there else 0.0), now.here):
             reason = Reason.NO_PROGRESS
         return None if reason is None else self._progress(now, State.BLOCKED, left_m, reason)
 

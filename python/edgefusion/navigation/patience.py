@@ -54,15 +54,17 @@ class Shut:
 class Patience:
     """Whether the way that is left has not become shorter for so long that the goal is given up.
 
-    A way that suddenly is longer is a detour, to be driven: the patience begins anew, but not for ever.
+    A way that is suddenly another is a detour, or a shortcut, to be driven: the patience begins anew, but only where
+    the robot has got somewhere since the last time, and not for ever.
     """
 
-    NEARER_M, LONGER_M, MOST_DETOURS = 0.1, 0.3, 60
+    NEARER_M, JUMP_M, SOMEWHERE_M, MOST_DETOURS = 0.1, 0.3, 0.5, 60
 
     def __init__(self, patience_s: float) -> None:
         self._patience_ns = round(patience_s * _NS_PER_S)
         self._best_m = self._last_m = math.inf
         self._since_ns: int | None = None
+        self._from = Pose2D()
         self._detours = 0
 
     def pause(self, ns: int) -> None:
@@ -70,11 +72,22 @@ class Patience:
         if self._since_ns is not None:
             self._since_ns += ns
 
-    def is_over(self, stamp_ns: int, left_m: float) -> bool:
+    def is_over(self, stamp_ns: int, left_m: float, pose: Pose2D) -> bool:
         """left_m: inf while no way is known."""
-        longer = math.isfinite(left_m) and math.isfinite(self._last_m) and left_m > self._last_m + self.LONGER_M
-        self._detours += longer
-        if self._since_ns is None or left_m < self._best_m - self.NEARER_M or longer:
-            self._since_ns, self._best_m = stamp_ns, left_m
-        self._last_m = left_m
+        if self._since_ns is None:
+            self._since_ns, self._from = stamp_ns, pose
+        if math.isfinite(left_m):
+            self._compare(stamp_ns, left_m, pose)
         return stamp_ns - self._since_ns > self._patience_ns or self._detours > self.MOST_DETOURS
+
+    def _compare(self, stamp_ns: int, left_m: float, pose: Pose2D) -> None:
+        jumped = math.isfinite(self._last_m) and abs(left_m - self._last_m) > self.JUMP_M
+        nearer = not jumped and left_m < self._best_m - self.NEARER_M
+        elsewhere = jumped and math.hypot(pose.x_m - self._from.x_m, pose.y_m - self._from.y_m) > self.SOMEWHERE_M
+        if elsewhere:
+            self._detours, self._from = self._detours + 1, pose
+        if nearer or elsewhere:
+            self._since_ns = stamp_ns
+        if nearer or jumped:
+            self._best_m = left_m
+        self._last_m = left_m
