@@ -70,7 +70,7 @@ py::array_t<double> all_points(const ObstacleMap& map) {
 }
 
 const char* outcome_name(const NavigationFunction& function) {
-  switch (function.outcome()) {
+  switch (function.potential().outcome) {
     case Outcome::kEnclosed:
       return "enclosed";
     case Outcome::kOccupied:
@@ -101,7 +101,7 @@ void begin(Manoeuvre& manoeuvre, const ObstacleMap& map, const NavigationFunctio
   if (value.has_value() == !pose.is_none()) refuse("value, pose: expected one of them, got both or none");
   const ManoeuvreTarget target{value.value_or(0.0), !value, value ? Pose{0.0, 0.0, 0.0} : pose_of(pose),
                                position_tolerance, heading_tolerance};
-  manoeuvre.begin(map, function, pose_of(start), margin, target, rows.data(),
+  manoeuvre.begin(map, function.potential(), pose_of(start), margin, target, rows.data(),
                   static_cast<std::size_t>(rows.shape(0)));
 }
 
@@ -157,17 +157,26 @@ void bind_navigation(py::module_& m) {
            py::call_guard<py::gil_scoped_release>())
       .def_property_readonly("running", &NavigationFunction::running)
       .def_property_readonly("outcome", &outcome_name)
-      .def("value", &NavigationFunction::value, py::arg("x_m"), py::arg("y_m"))
-      .def("descent", &NavigationFunction::descent, py::arg("x_m"), py::arg("y_m"))
+      .def(
+          "value",
+          [](const NavigationFunction& function, double x, double y) {
+            return function.potential().value(x, y);
+          },
+          py::arg("x_m"), py::arg("y_m"))
+      .def(
+          "descent",
+          [](const NavigationFunction& function, double x, double y) {
+            return function.potential().descent(x, y);
+          },
+          py::arg("x_m"), py::arg("y_m"))
       .def(
           "way",
           [](const NavigationFunction& function, double x, double y, double length, double reach) {
             std::vector<double> points;
-            function.way(x, y, length, reach, points);
+            function.potential().way(x, y, length, reach, points);
             return points_array(points);
           },
-          py::arg("x_m"), py::arg("y_m"), py::arg("length_m"), py::arg("reach_m"))
-      .def("clearance", &NavigationFunction::clearance, py::arg("x_m"), py::arg("y_m"));
+          py::arg("x_m"), py::arg("y_m"), py::arg("length_m"), py::arg("reach_m"));
 
   py::class_<Guard>(m, "Guard")
       .def(py::init([](const Footprint& footprint, double acceleration, double yaw_acceleration) {
@@ -199,8 +208,11 @@ void bind_navigation(py::module_& m) {
       .def("begin", &begin, py::arg("map"), py::arg("function"), py::arg("start"), py::arg("margin_m"),
            py::arg("others"), py::arg("value_m") = py::none(), py::arg("pose") = py::none(),
            py::arg("position_tolerance_m") = 0.05, py::arg("heading_tolerance") = 0.05)
-      .def("advance", &Manoeuvre::advance, py::arg("map"), py::arg("function"), py::arg("poses"),
-           py::call_guard<py::gil_scoped_release>())
+      .def(
+          "advance",
+          [](Manoeuvre& manoeuvre, const ObstacleMap& map, const NavigationFunction& function,
+             std::size_t poses) { return manoeuvre.advance(map, function.potential(), poses); },
+          py::arg("map"), py::arg("function"), py::arg("poses"), py::call_guard<py::gil_scoped_release>())
       .def_property_readonly("running", &Manoeuvre::running)
       .def_property_readonly("legs", &legs_of);
 

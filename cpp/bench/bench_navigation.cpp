@@ -129,8 +129,9 @@ void manoeuvre(benchmark::State& state) {
   function.advance(map, map.window().size() * 4);
   Manoeuvre search(pioneer());
   for (auto _ : state) {
-    search.begin(map, function, {0.0, 0.0, 0.0}, 0.01, {0.0, true, {-1.6, 0.0, kPi}, 0.1, 0.2}, nullptr, 0);
-    search.advance(map, function, 1'000'000);
+    search.begin(map, function.potential(), {0.0, 0.0, 0.0}, 0.01, {0.0, true, {-1.6, 0.0, kPi}, 0.1, 0.2},
+                 nullptr, 0);
+    search.advance(map, function.potential(), 1'000'000);
   }
   state.counters["legs"] = static_cast<double>(search.legs().size());
 }

@@ -61,8 +61,8 @@ const std::vector<Manoeuvre::Step>& Manoeuvre::steps() {
   return all;
 }
 
-void Manoeuvre::begin(const ObstacleMap& map, const NavigationFunction& function, const Pose& start,
-                      double margin, const ManoeuvreTarget& target, const double* others, std::size_t k) {
+void Manoeuvre::begin(const ObstacleMap& map, const Potential& potential, const Pose& start, double margin,
+                      const ManoeuvreTarget& target, const double* others, std::size_t k) {
   const double given[] = {start.x,
                           start.y,
                           start.theta,
@@ -89,7 +89,7 @@ void Manoeuvre::begin(const ObstacleMap& map, const NavigationFunction& function
   margin_ = margin;
   fill_bins(points);
   running_ = true;
-  push(function, {start, 0.0, -1, -1});
+  push(potential, {start, 0.0, -1, -1});
 }
 
 void Manoeuvre::fill_bins(const std::vector<double>& points) {
@@ -157,24 +157,24 @@ double Manoeuvre::room_along(const ObstacleMap& map, const Pose& from, const Ste
   return smallest;
 }
 
-bool Manoeuvre::reached(const NavigationFunction& function, const Pose& pose) const {
+bool Manoeuvre::reached(const Potential& potential, const Pose& pose) const {
   if (target_.pose_counts) {
     const Pose& goal = target_.pose;
     return std::hypot(goal.x - pose.x, goal.y - pose.y) <= target_.position_tolerance &&
            std::abs(turned(goal.theta, pose.theta)) <= target_.heading_tolerance;
   }
-  if (!(function.value(pose.x, pose.y) <= target_.value) || gap(pose) < kFreeAgain * margin_) return false;
-  const auto [dx, dy] = function.descent(pose.x, pose.y);
+  if (!(potential.value(pose.x, pose.y) <= target_.value) || gap(pose) < kFreeAgain * margin_) return false;
+  const auto [dx, dy] = potential.descent(pose.x, pose.y);
   return std::abs(turned(std::atan2(dy, dx), pose.theta)) < kAlong;
 }
 
-double Manoeuvre::left(const NavigationFunction& function, const Pose& pose) const {
+double Manoeuvre::left(const Potential& potential, const Pose& pose) const {
   if (target_.pose_counts) {
     const Pose& goal = target_.pose;
     return std::hypot(goal.x - pose.x, goal.y - pose.y) +
            kTurnCost * std::abs(turned(goal.theta, pose.theta));
   }
-  return std::max(0.0, function.value(pose.x, pose.y) - target_.value);
+  return std::max(0.0, potential.value(pose.x, pose.y) - target_.value);
 }
 
 // Where a pose belongs among all, their number where it lies outside.
@@ -188,15 +188,15 @@ std::size_t Manoeuvre::place(const Pose& pose) const {
          static_cast<std::size_t>(h);
 }
 
-void Manoeuvre::push(const NavigationFunction& function, const Node& node) {
-  const double estimate = node.cost + left(function, node.pose);
+void Manoeuvre::push(const Potential& potential, const Node& node) {
+  const double estimate = node.cost + left(potential, node.pose);
   if (!std::isfinite(estimate)) return;
   nodes_.push_back(node);
   open_.push_back({estimate, static_cast<std::int32_t>(nodes_.size() - 1)});
   std::push_heap(open_.begin(), open_.end());
 }
 
-bool Manoeuvre::advance(const ObstacleMap& map, const NavigationFunction& function, std::size_t poses) {
+bool Manoeuvre::advance(const ObstacleMap& map, const Potential& potential, std::size_t poses) {
   for (std::size_t done = 0; running_ && done < poses;) {
     if (open_.empty() || nodes_.size() > kMostNodes) {
       running_ = false;
@@ -210,7 +210,7 @@ bool Manoeuvre::advance(const ObstacleMap& map, const NavigationFunction& functi
     if (at >= closed_.size() || closed_[at]) continue;
     closed_[at] = 1;
     ++done;
-    if (node.parent >= 0 && reached(function, node.pose)) {
+    if (node.parent >= 0 && reached(potential, node.pose)) {
       finish(current);
       break;
     }
@@ -222,7 +222,7 @@ bool Manoeuvre::advance(const ObstacleMap& map, const NavigationFunction& functi
       const std::size_t next = place(to);
       if (next >= closed_.size() || closed_[next]) continue;
       const bool changes = node.step >= 0 && static_cast<std::size_t>(node.step) != i;
-      push(function,
+      push(potential,
            {to, node.cost + step.cost + (changes ? kChangeCost : 0.0), current, static_cast<std::int8_t>(i)});
     }
   }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "edgefusion/footprint.hpp"
-#include "edgefusion/navigation_function.hpp"
 #include "edgefusion/obstacle_map.hpp"
+#include "edgefusion/potential.hpp"
 
 namespace edgefusion {
 
@@ -37,11 +37,11 @@ class Manoeuvre {
   /// From a pose, `margin` kept to what the map and `others` (k x 2) hold now.
   ///
   /// Throws std::invalid_argument for numbers that are not finite and a margin outside of 0 to 1 m.
-  void begin(const ObstacleMap& map, const NavigationFunction& function, const Pose& start, double margin,
+  void begin(const ObstacleMap& map, const Potential& potential, const Pose& start, double margin,
              const ManoeuvreTarget& target, const double* others, std::size_t k);
 
   /// Looks at so many more poses; true when the search is over.
-  bool advance(const ObstacleMap& map, const NavigationFunction& function, std::size_t poses);
+  bool advance(const ObstacleMap& map, const Potential& potential, std::size_t poses);
 
   bool running() const { return running_; }
 
@@ -71,10 +71,10 @@ class Manoeuvre {
   std::int32_t bin_of(double offset) const;
   double gap(const Pose& pose) const;
   double room_along(const ObstacleMap& map, const Pose& from, const Step& step, Pose& to) const;
-  bool reached(const NavigationFunction& function, const Pose& pose) const;
-  double left(const NavigationFunction& function, const Pose& pose) const;
+  bool reached(const Potential& potential, const Pose& pose) const;
+  double left(const Potential& potential, const Pose& pose) const;
   std::size_t place(const Pose& pose) const;
-  void push(const NavigationFunction& function, const Node& node);
+  void push(const Potential& potential, const Node& node);
   void finish(std::int32_t node);
 
   Footprint footprint_;

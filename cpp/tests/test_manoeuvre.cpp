@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "edgefusion/manoeuvre.hpp"
+#include "edgefusion/navigation_function.hpp"
 #include "refusal.hpp"
 #include "sweeps.hpp"
 
@@ -23,6 +24,7 @@ struct Scene {
     function.begin(map, x, y, 0.05, x, y);
     function.advance(map, 1'000'000);
   }
+  const Potential& potential() const { return function.potential(); }
 };
 
 ManoeuvreTarget to(const Pose& pose) {
@@ -32,8 +34,8 @@ ManoeuvreTarget to(const Pose& pose) {
 std::vector<Leg> searched(const Scene& scene, const Pose& start, const ManoeuvreTarget& target,
                           const std::vector<double>& others = {}, double margin = 0.02) {
   Manoeuvre manoeuvre(pioneer());
-  manoeuvre.begin(scene.map, scene.function, start, margin, target, others.data(), others.size() / 2);
-  while (!manoeuvre.advance(scene.map, scene.function, 1000)) REQUIRE(manoeuvre.running());
+  manoeuvre.begin(scene.map, scene.potential(), start, margin, target, others.data(), others.size() / 2);
+  while (!manoeuvre.advance(scene.map, scene.potential(), 1000)) REQUIRE(manoeuvre.running());
   return manoeuvre.legs();
 }
 
@@ -69,8 +71,8 @@ TEST_CASE("a target beyond the search, or on unseen ground, ends without legs") 
   ObstacleMap unseen(0.05);
   unseen.cover(0, 0, 0, 0);
   Manoeuvre manoeuvre(pioneer());
-  manoeuvre.begin(unseen, scene.function, {0, 0, 0}, 0.02, to({0.8, 0, 0}), nullptr, 0);
-  CHECK(manoeuvre.advance(unseen, scene.function, 1'000'000));
+  manoeuvre.begin(unseen, scene.potential(), {0, 0, 0}, 0.02, to({0.8, 0, 0}), nullptr, 0);
+  CHECK(manoeuvre.advance(unseen, scene.potential(), 1'000'000));
   CHECK(manoeuvre.legs().empty());
 }
 

@@ -26,7 +26,7 @@ ObstacleMap covering(double x, double y) {
 std::vector<double> way(const NavigationFunction& function, double x, double y, double length,
                         double reach = 0) {
   std::vector<double> points;
-  function.way(x, y, length, reach, points);
+  function.potential().way(x, y, length, reach, points);
   return points;
 }
 
@@ -43,8 +43,8 @@ TEST_CASE("nothing begun is nothing known, and advancing it does nothing") {
   NavigationFunction function(kCost);
   CHECK_FALSE(function.running());
   CHECK_FALSE(function.advance(ObstacleMap(0.1), 10));
-  CHECK(function.value(0, 0) == kInfinity);
-  CHECK(function.descent(0, 0) == std::pair(0.0, 0.0));
+  CHECK(function.potential().value(0, 0) == kInfinity);
+  CHECK(function.potential().descent(0, 0) == std::pair(0.0, 0.0));
   CHECK(way(function, 0, 0, 1).empty());
 }
 
@@ -53,7 +53,8 @@ TEST_CASE("a portion of no cells does nothing, portions of one end, and are as o
   NavigationFunction function(kCost);
   function.begin(map, 1, 0, 0.05, 0, 0);
   for (int i = 0; i < 1000; ++i) CHECK_FALSE(function.advance(map, 0));
-  CHECK(computed(map, 1, 0, 1).value(-0.7, 0.3) == computed(map, 1, 0).value(-0.7, 0.3));
+  CHECK(computed(map, 1, 0, 1).potential().value(-0.7, 0.3) ==
+        computed(map, 1, 0).potential().value(-0.7, 0.3));
 }
 
 TEST_CASE("goals on the borders of cells and in the window's corners are reached") {
@@ -62,8 +63,8 @@ TEST_CASE("goals on the borders of cells and in the window's corners are reached
   const double low = w.column * 0.1 + 1e-6, high = (w.column + w.columns) * 0.1 - 1e-6;
   for (const auto& [x, y] : {std::pair(1.0, 1.0), std::pair(low, low), std::pair(high, high)}) {
     const NavigationFunction function = computed(map, x, y);
-    CHECK(function.outcome() == Outcome::kReached);
-    CHECK(function.value(0, 0) == doctest::Approx(std::hypot(x, y)).epsilon(0.05));
+    CHECK(function.potential().outcome == Outcome::kReached);
+    CHECK(function.potential().value(0, 0) == doctest::Approx(std::hypot(x, y)).epsilon(0.05));
     const std::vector<double> points = way(function, 0, 0, 50);
     CHECK(points[points.size() - 2] == x);
     CHECK(points.back() == y);
@@ -81,9 +82,8 @@ TEST_CASE("far off the map nothing is known, and nothing overflows") {
   const NavigationFunction function = computed(covering(1, 0), 1, 0);
   for (const double far : {1e5, 1e9, 1e12, 1e300, kInfinity, double(NAN)})
     for (const double x : {far, -far}) {
-      CHECK(function.value(x, 0) == kInfinity);
-      CHECK(function.descent(0, x) == std::pair(0.0, 0.0));
-      CHECK(function.clearance(x, x) == kInfinity);
+      CHECK(function.potential().value(x, 0) == kInfinity);
+      CHECK(function.potential().descent(0, x) == std::pair(0.0, 0.0));
       CHECK(way(function, x, 0, 1, 1).empty());
     }
   CHECK_FALSE(way(function, 1e3, 0, 1, 1e300).empty());  // the nearest that is known
@@ -91,18 +91,18 @@ TEST_CASE("far off the map nothing is known, and nothing overflows") {
 
 TEST_CASE("a goal outside of the window is approached from its border, a base outside has no way") {
   const ObstacleMap map = covering(0, 0);
-  CHECK(computed(map, 9e4, 0).outcome() == Outcome::kReached);
+  CHECK(computed(map, 9e4, 0).potential().outcome == Outcome::kReached);
   NavigationFunction function(kCost);
   function.begin(map, 0, 0, 0.05, 500, 0);
   CHECK(function.advance(map, 1'000'000));
-  CHECK(function.outcome() == Outcome::kEnclosed);
+  CHECK(function.potential().outcome == Outcome::kEnclosed);
 }
 
 TEST_CASE("a map without a window, and one of a single cell") {
-  CHECK(computed(ObstacleMap(0.1), 1, 0).outcome() == Outcome::kOccupied);
+  CHECK(computed(ObstacleMap(0.1), 1, 0).potential().outcome == Outcome::kOccupied);
   ObstacleMap single(100.0);
   single.cover(0, 0, 0, 0);
-  CHECK(computed(single, 1, 1).outcome() == Outcome::kReached);
+  CHECK(computed(single, 1, 1).potential().outcome == Outcome::kReached);
 }
 
 TEST_CASE("a map that moves while it is computed is begun anew") {
@@ -112,7 +112,7 @@ TEST_CASE("a map that moves while it is computed is begun anew") {
   function.advance(map, 5000);
   map.cover(30, 0, 30, 0);
   while (!function.advance(map, 5000)) REQUIRE(function.running());
-  CHECK(function.value(0, 0) == doctest::Approx(1.0).epsilon(0.05));
+  CHECK(function.potential().value(0, 0) == doctest::Approx(1.0).epsilon(0.05));
 }
 
 TEST_CASE("goals and ways that are none are refused") {

@@ -238,8 +238,6 @@ class NavigationFunction:
     def way(self, x_m: float, y_m: float, length_m: float, reach_m: float) -> npt.NDArray[np.float64]:
         """Down the potential for at most length_m: float64[k, 2]. From a place without a value it begins at the
         nearest one within reach_m that has one; there may be none: k is 0 then."""
-    def clearance(self, x_m: float, y_m: float) -> float:
-        """From there to the nearest point that was known, as far as comfort_m; inf beyond."""
 
 class Guard:
     """Says which commands a base can still be stopped after without touching anything.
