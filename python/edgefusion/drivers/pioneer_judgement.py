@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Whether a Pioneer may be driven, out of what it reports and what it was told."""
+
+from __future__ import annotations
+
+from edgefusion.config.navigation import BaseConfig
+from edgefusion.config.pioneer import PioneerConfig
+from edgefusion.drivers.pioneer_state import RobotState
+from edgefusion.types import Health, HealthState, Twist2D
+
+COMPONENT = "robot"
+
+DISOBEYS_NS = 800_000_000
+"""For so long its wheels may do otherwise than told."""
+
+BATTERY_NS = 5_000_000_000
+"""A battery under load dips."""
+
+_NS_PER_S = 1e9
+_MOVES = 0.3
+"""Share of the speed that is expected: less is none."""
+
+
+class _Axis:
+    """One of the two speeds: what it should be by now, given how the drive accelerates. least: too slow to judge."""
+
+    def __init__(self, acceleration: float, least: float) -> None:
+        self._acceleration, self._least = acceleration, least
+        self._expected = 0.0
+
+    def obeys(self, commanded: float, measured: float, dt_s: float) -> bool:
+        change = self._acceleration * dt_s
+        self._expected += max(-change, min(change, commanded - self._expected))
+        along = measured if self._expected >= 0 else -measured
+        expected = abs(self._expected)
+        too_fast = abs(measured) > expected + max(2 * self._least, change)
+        return not too_fast and (expected < self._least or along >= _MOVES * expected)
+
+
+class Judgement:
+    """Looks at one state after the other."""
+
+    def __init__(self, config: PioneerConfig, base: BaseConfig) -> None:
+        self._config = config
+        self._v = _Axis(base.acceleration_mps2, 0.1)
+        self._w = _Axis(base.yaw_acceleration_radps2, 0.25)
+        self._last_ns: int | None = None
+        self._obeyed_ns = 0
+        self._charged_ns: dict[float, int] = {}
+
+    def judge(self, state: RobotState, commanded: Twist2D) -> Health:
+        """FAILED: it must not be driven. DEGRADED: it may be, but somebody should know."""
+        disobeys = self._disobeys(state, commanded)
+        empty = self._below(self._config.empty_battery_v, state)
+        low = self._below(self._config.low_battery_v, state)
+        failures = [
+            (state.e_stop_pressed, "the emergency stop is pressed"),
+            (state.bumped, f"bumped: {_pressed(state)}"),
+            (state.stalled, f"{_stalled(state)} stalled"),
+            (not state.motors_enabled, "the motors are off"),
+            (disobeys, "the wheels do not do what they were told"),
+            (empty, f"the battery is empty: {state.battery_v:.1f} V"),
+        ]
+        reasons = [reason for holds, reason in failures if holds]
+        if reasons:
+            return Health(COMPONENT, HealthState.FAILED, "; ".join(reasons))
+        if low:
+            return Health(COMPONENT, HealthState.DEGRADED, f"the battery is low: {state.battery_v:.1f} V")
+        return Health(COMPONENT, HealthState.OK)
+
+    def _disobeys(self, state: RobotState, commanded: Twist2D) -> bool:
+        dt_s = 0.0 if self._last_ns is None else (state.stamp_ns - self._last_ns) / _NS_PER_S
+        self._last_ns = state.stamp_ns
+        v_obeys = self._v.obeys(commanded.v_mps, state.twist.v_mps, dt_s)
+        w_obeys = self._w.obeys(commanded.w_radps, state.twist.w_radps, dt_s)
+        if (v_obeys and w_obeys) or dt_s == 0.0:
+            self._obeyed_ns = state.stamp_ns
+        return state.stamp_ns - self._obeyed_ns >= DISOBEYS_NS
+
+    def _below(self, volts: float, state: RobotState) -> bool:
+        if state.battery_v >= volts:
+            self._charged_ns[volts] = state.stamp_ns
+        since_ns = self._charged_ns.setdefault(volts, state.stamp_ns - BATTERY_NS)  # as low from the start
+        return state.stamp_ns - since_ns >= BATTERY_NS
+
+
+def _pressed(state: RobotState) -> str:
+    sides = (("front", state.front_bumpers), ("rear", state.rear_bumpers))
+    return ", ".join(f"{side} {i + 1}" for side, bumpers in sides for i, pressed in enumerate(bumpers) if pressed)
+
+
+def _stalled(state: RobotState) -> str:
+    wheels = [name for name, stalls in (("left", state.stalled_left), ("right", state.stalled_right)) if stalls]
+    return "both wheels" if len(wheels) == 2 else f"{''.join(wheels)} wheel"
