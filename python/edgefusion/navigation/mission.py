@@ -94,6 +94,14 @@ class Mission:
         self._sightings.objects.none_due()
         self._become(MissionState.STOPPED, reason)
 
+    def cancel(self) -> None:
+        """Give up the goals that are left, and an inspection under way. A mission that is stopped stays so."""
+        if self._inspection is not None:
+            self._end_inspection(self._inspection, "cancelled")
+        self._goals.clear()
+        if self.state is not MissionState.STOPPED:
+            self._become(MissionState.IDLE)
+
     def resume(self) -> None:
         """Leave the stop: drive to the goals that are left, or be idle. Raises RefusedError unless it is stopped."""
         if self.state is not MissionState.STOPPED:
