@@ -15,7 +15,6 @@ from edgefusion.config.mission import MissionConfig
 from edgefusion.config.navigation import BaseConfig, KhatibConfig, NavigationConfig
 from edgefusion.config.perception import USUAL_HEIGHTS, HeightRule, Heights, PerceptionConfig, SyncConfig
 from edgefusion.config.pioneer import PioneerConfig
-from edgefusion.config.pioneer import PioneerConfig
 from edgefusion.config.safety import SafetyConfig
 from edgefusion.config.strict import convert, read_toml
 
@@ -51,7 +50,6 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     navigation: NavigationConfig = NavigationConfig()
     safety: SafetyConfig = SafetyConfig()
     mission: MissionConfig = MissionConfig()
-    robot: PioneerConfig = PioneerConfig()
     robot: PioneerConfig = PioneerConfig()
     laser: LaserConfig = LaserConfig()
     camera: CameraConfig = CameraConfig()
