@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The base: its loop in real time, beside a thread for each device. However it ends, the robot is stopped first."""
+
+from __future__ import annotations
+
+import time
+from typing import Callable, Sequence, Tuple
+
+from edgefusion.clock import Clock, system_clock
+from edgefusion.service.base_inputs import Inputs, Outputs
+from edgefusion.service.base_loop import BaseLoop
+from edgefusion.service.cadence import Cadence, Lateness
+from edgefusion.service.device_thread import DeviceThread
+from edgefusion.service.ending import Ending
+from edgefusion.service.laser_device import LaserDevice, LaserDriver
+from edgefusion.service.requests import Requests
+from edgefusion.service.robot_device import RobotDevice, RobotDriver
+from edgefusion.service.wake import Wake
+from edgefusion.types import Goal, Scan
+
+JOIN_S = 2.0
+
+Watcher = Callable[[Outputs], None]
+"""Is told of every step, in the loop's thread; it must not wait for anything."""
+
+
+def _nobody(_: Outputs) -> None:
+    """Watches."""
+
+
+class Base:
+    """run() is for one thread, once; the rest is anybody's, and answered by that thread within a cycle.
+
+    endings: of the robot's and the laser's link.
+    """
+
+    def __init__(
+        self,
+        loop: BaseLoop,
+        robot: RobotDriver,
+        laser: LaserDriver,
+        endings: Tuple[Ending, Ending],
+        period_ns: int,
+        watcher: Watcher = _nobody,
+        clock: Clock = system_clock,
+        pause: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self._loop, self._watcher = loop, watcher
+        self._wake = Wake()
+        self._requests = Requests(self._wake)
+        self._cadence = Cadence(period_ns, clock, self._wake.wait)
+        self._device = RobotDevice(robot)
+        self._robot = DeviceThread(self._device, endings[0], self._wake, clock, pause)
+        self._laser: DeviceThread[Scan] = DeviceThread(LaserDevice(laser), endings[1], self._wake, clock, pause)
+        self._ending = False
+
+    @property
+    def lateness(self) -> Lateness:
+        """How well the pace is kept."""
+        return self._cadence.lateness
+
+    def goto(self, goals: Sequence[Goal]) -> None:
+        """As BaseLoop.goto. Raises TimeoutError, too."""
+        self._requests.ask(lambda: self._loop.goto(goals))
+
+    def cancel(self) -> None:
+        """As BaseLoop.cancel. Raises TimeoutError, too."""
+        self._requests.ask(self._loop.cancel)
+
+    def stop(self, reason: str) -> None:
+        """As BaseLoop.stop. Raises TimeoutError, too."""
+        self._requests.ask(lambda: self._loop.stop(reason))
+
+    def resume(self) -> None:
+        """As BaseLoop.resume. Raises TimeoutError, too."""
+        self._requests.ask(self._loop.resume)
+
+    def end(self) -> None:
+        """run() returns soon."""
+        self._ending = True
+        self._wake()
+
+    def run(self) -> None:
+        """Until end() or an exception, which it raises; in both cases the robot is told to stop within 50 ms, and what
+        waits for longer than two seconds is left to itself."""
+        try:
+            self._robot.begin()
+            self._laser.begin()
+            while not self._ending:
+                self._cycle()
+        finally:
+            for thread in (self._robot, self._laser):
+                thread.end()
+            self._robot.join(JOIN_S)
+            self._laser.join(JOIN_S)
+
+    def _cycle(self) -> None:
+        now_ns = self._cadence.next()
+        self._requests.serve()
+        outputs = self._loop.step(now_ns, Inputs(self._robot.news, self._laser.news))
+        if outputs.enable_motors:
+            self._device.enable_motors()
+        if outputs.session is not None:
+            self._device.drive(outputs.command, outputs.session)
+        self._watcher(outputs)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""What goes into a step of the base's loop, and what comes out of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Sequence, Tuple
+
+from edgefusion.navigation.inspection_result import PictureAnswer
+from edgefusion.navigation.mission_step import MissionStep
+from edgefusion.navigation.safety import Decision
+from edgefusion.service.device_news import DeviceNews
+from edgefusion.service.robot_device import RobotReport
+from edgefusion.types import Detection, Health, Pose2D, Scan, Twist2D
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """robot, laser: as of now. detections, pictures: vision's, those that came since the last step; detections_ns: of
+    when the newest are, also without one among them. healths: of components beside robot and laser."""
+
+    robot: DeviceNews[RobotReport]
+    laser: DeviceNews[Scan]
+    detections: Sequence[Detection] = ()
+    detections_ns: int | None = None
+    pictures: Sequence[PictureAnswer] = ()
+    healths: Tuple[Health, ...] = ()
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """command: in what the wire carries; session: of the robot's report that it rests on, None without one.
+
+    enable_motors: in one step, after a resume that finds them off. pose: in `odom` at stamp_ns; it and mission are
+    None until the robot has reported. scan: the newest as if of one instant, in the step where it came. healths: of all
+    components.
+    """
+
+    stamp_ns: int
+    command: Twist2D
+    session: int | None
+    enable_motors: bool
+    pose: Pose2D | None
+    mission: MissionStep | None
+    decision: Decision
+    scan: Scan | None
+    healths: Tuple[Health, ...]

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""A thread that owns one device: it starts it, polls it all the time, and starts it anew when it was lost."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import replace
+from typing import Callable, Generic, Protocol, Sequence, TypeVar
+
+from edgefusion.clock import Clock, system_clock
+from edgefusion.drivers.backoff import Backoff
+from edgefusion.drivers.link import LinkError
+from edgefusion.errors import RefusedError
+from edgefusion.service.device_news import DeviceNews
+from edgefusion.service.ending import EndedError, Ending
+from edgefusion.types import Health, HealthState
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+_IDLE_S = 0.01
+_LOG = logging.getLogger(__name__)
+
+
+class Device(Protocol[T_co]):
+    """What a thread can own. Nothing but start() takes longer than some 20 ms, and that ends when it is asked to.
+
+    start, poll: raise LinkError where the device is lost or does not answer, RefusedError where it will not do what it
+    is configured to. close: leaves the device at rest, from any state.
+    """
+
+    @property
+    def health(self) -> Health: ...
+
+    def start(self) -> None: ...
+
+    def poll(self) -> Sequence[T_co]: ...
+
+    def close(self) -> None: ...
+
+
+class DeviceThread(Generic[T]):
+    """wake: called, in this thread, when the health's state changes, so that nobody waits for a cycle to see it.
+
+    An error that no driver should raise closes the device for good; the reason is its health.
+    """
+
+    def __init__(
+        self,
+        device: Device[T],
+        ending: Ending,
+        wake: Callable[[], None],
+        clock: Clock = system_clock,
+        pause: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self._device, self._ending, self._wake = device, ending, wake
+        self._clock, self._pause = clock, pause
+        self._name = device.health.component
+        self._backoff = Backoff()
+        self._started = False
+        self._news: DeviceNews[T] = DeviceNews(device.health)
+        self._thread = threading.Thread(target=self.run, name=self._name, daemon=True)
+
+    @property
+    def news(self) -> DeviceNews[T]:
+        """As of now, for any thread."""
+        return self._news
+
+    @property
+    def is_alive(self) -> bool:
+        return self._thread.is_alive()
+
+    def begin(self) -> None:
+        """Starts the thread."""
+        self._thread.start()
+
+    def end(self) -> None:
+        """Asks it to end; it begins to close the device within 20 ms, whatever it was doing."""
+        self._ending.ask()
+
+    def join(self, timeout_s: float) -> bool:
+        """Whether it has ended by then."""
+        if self._thread.ident is not None:
+            self._thread.join(timeout_s)
+        return not self._thread.is_alive()
+
+    def run(self) -> None:
+        """All that the thread does, until it is asked to end or what should not happen does."""
+        try:
+            while not self._ending.asked:
+                self.turn()
+        except EndedError:
+            pass
+        except Exception as error:  # whatever it is: it must not go unseen, and the device must not be left as it is
+            self._broke(error)
+        finally:
+            self._close()
+
+    def turn(self) -> None:
+        """One start, one poll, or a moment's rest."""
+        try:
+            if self._started:
+                self._take(self._device.poll())
+            elif self._backoff.due(self._clock()):
+                self._device.start()
+                self._started = True
+                self._tell(replace(self._news, health=self._device.health))
+            else:
+                self._pause(_IDLE_S)
+        except (LinkError, RefusedError) as error:
+            self._lost(str(error))
+
+    def _take(self, items: Sequence[T]) -> None:
+        news = replace(self._news, health=self._device.health)
+        if items:
+            self._backoff.reset()
+            news = replace(news, newest=items[-1], received_ns=self._clock())
+        self._tell(news)
+
+    def _lost(self, reason: str) -> None:
+        """Until it is started again there is no newest."""
+        self._started = False
+        self._backoff.failed(self._clock())
+        self._tell(replace(self._news, health=self._failed(reason), newest=None, received_ns=None))
+
+    def _broke(self, error: Exception) -> None:
+        _LOG.exception("%s: closed after an error that no driver should raise", self._name)
+        self._lost(f"closed after {type(error).__name__}: {error}")
+
+    def _failed(self, reason: str) -> Health:
+        return Health(self._name, HealthState.FAILED, reason)
+
+    def _close(self) -> None:
+        self._ending.close()
+        try:
+            self._device.close()
+        except Exception as error:
+            self._broke(error)
+
+    def _tell(self, news: DeviceNews[T]) -> None:
+        before = self._news.health
+        if news.health.state is HealthState.FAILED and before.state is not HealthState.FAILED:
+            _LOG.warning("%s: %s", self._name, news.health.reason)
+            news = replace(news, failures=news.failures + 1, failure=news.health.reason)
+        self._news = news
+        if news.health.state is not before.state:
+            self._wake()

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""What other threads want from the loop: it does it between two steps, and they get the answer."""
+
+from __future__ import annotations
+
+import concurrent.futures
+from collections import deque
+from concurrent.futures import Future
+from typing import Any, Callable, Deque, Tuple, TypeVar
+
+R = TypeVar("R")
+
+ANSWER_S = 1.0
+
+
+class Requests:
+    """wake: makes the loop come by at once."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._wake = wake
+        self._waiting: Deque[Tuple[Callable[[], Any], Future[Any]]] = deque()
+
+    def ask(self, call: Callable[[], R], timeout_s: float = ANSWER_S) -> R:
+        """What the call returns in the loop's thread, or raises. Raises TimeoutError where the loop does not come by
+        in time: the call is not made then."""
+        future: Future[R] = Future()
+        self._waiting.append((call, future))
+        self._wake()
+        try:
+            return future.result(timeout_s)
+        except concurrent.futures.TimeoutError:
+            if future.cancel():
+                raise TimeoutError(f"expected an answer within {timeout_s:g} s, got none: the loop is late") from None
+            return future.result()  # it is just being made
+
+    def serve(self) -> None:
+        """Makes the calls, in the order in which they came."""
+        while self._waiting:
+            call, future = self._waiting.popleft()
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                result = call()
+            except Exception as error:
+                future.set_exception(error)
+            else:
+                future.set_result(result)
