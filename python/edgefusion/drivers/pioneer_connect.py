@@ -22,6 +22,8 @@ REPLY_S = 0.4
 
 _SILENT_TRIES, _TRIES, _CONFIG_TRIES = 2, 12, 3
 _SETTLE_S = 0.1
+_LEAVES_S = 0.03
+"""A packet of 9 bytes has left then also where the port does not say so: behind an adapter, on a pty."""
 _FIRST_STATUS_S, _NEW_SPEED_S = 1.0, 0.9
 
 
@@ -108,6 +110,7 @@ def go_faster(line: PioneerLine, config: RobotConfig | None, baudrate: int | Non
     if not resets or baudrate is None or baudrate <= before or line.link.name.startswith("socket:"):
         return
     line.send(command(Command.HOSTBAUD, HOST_BAUDS.index(baudrate)))
+    line.pause(_LEAVES_S)
     for speed in (baudrate, before):
         line.switch(speed, 0.01)
         line.send(command(Command.PULSE))
