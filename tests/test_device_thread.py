@@ -15,7 +15,7 @@ from edgefusion.clock import SimClock
 from edgefusion.config import BaseConfig
 from edgefusion.config.laser import LaserConfig
 from edgefusion.config.pioneer import PioneerConfig
-from edgefusion.drivers.link import LinkError, LinkLostError
+from edgefusion.drivers.link import Link, LinkError, LinkLostError
 from edgefusion.drivers.lms2xx import Lms2xx
 from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.drivers.pioneer_state import RobotState
@@ -149,8 +149,20 @@ def test_what_a_device_reports_as_failed_counts_as_a_failure_and_is_polled_on() 
 @pytest.mark.parametrize(
     "device",
     [Script(polls=[ZeroDivisionError("oops")]), Script([ZeroDivisionError("oops")])],
-    ids=["poll", "start"],
-)
+XX_that_another_instance_holds_is_told_apart(tmp_path) -> None:
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    first, second = (Link(os.ttyname(slave), 9600, holder, lock_folder=tmp_path) for holder in ("first", "second"))
+    first.open()
+    hands = Hands(LaserDevice(Lms2xx(second, LaserConfig())))
+    hands.turns(1)
+    assert "held by first (pid " in str(hands.thread.busy)
+    assert hands.news.health.reason == str(hands.thread.busy)
+    first.close()
+    os.close(master)
+    os.close(slave)
+
+
 def test_an_error_that_no_driver_should_raise_closes_the_device_for_good_and_says_so(device, caplog) -> None:
     hands = Hands(device)
     hands.thread.run()
@@ -185,10 +197,9 @@ def test_a_thread_in_the_middle_of_a_search_of_seconds_ends_at_once(kind: str, t
     master, slave = os.openpty()  # nobody answers
     tty.setraw(slave)
     link = EndableLink(os.ttyname(slave), 9600, lock_folder=tmp_path)
-    link.ending = ending = Ending()
     robot = RobotDevice(Pioneer(link, PioneerConfig(), BaseConfig()))
     device = robot if kind == "robot" else LaserDevice(Lms2xx(link, LaserConfig()))
-    thread = DeviceThread(device, ending, lambda: None)
+    thread = DeviceThread(device, link.ending, lambda: None)
     thread.begin()
     assert os.read(master, 100)  # it searches
     began_s = time.monotonic()

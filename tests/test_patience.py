@@ -97,7 +97,7 @@ def test_patience_lasts_as_long_as_it_gets_nearer(left_by_s, over_s):
         (lambda second: 10.0 if second < 4 else 14.0 - 0.001 * second, 10),
         (lambda second: 10.0 if second < 4 else math.inf if second < 5 else 14.0, 11),  # no way known in between
         (lambda second: 10.0 if second < 4 else 6.0, 10),  # a shortcut
-        (lambda second: 10.0 + 2.0 * (second % 2), Patience.MOST_DETOURS + 1),  # to and fro is not allowed for ever
+        (lambda second: 10.0 + 2.0 * (second % 2), 2 * Patience.MOST_DETOURS + 1),  # to and fro is not allowed for ever
     ],
 )
 def test_a_detour_begins_it_anew_where_the_robot_gets_about(left_by_s, over_s):

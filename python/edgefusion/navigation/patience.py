@@ -85,7 +85,8 @@ class Patience:
         nearer = not jumped and left_m < self._best_m - self.NEARER_M
         elsewhere = jumped and math.hypot(pose.x_m - self._from.x_m, pose.y_m - self._from.y_m) > self.SOMEWHERE_M
         if elsewhere:
-            self._detours, self._from = self._detours + 1, pose
+            self._detours += left_m > self._last_m
+            self._from = pose
         if nearer or elsewhere:
             self._since_ns = stamp_ns
         if nearer or jumped:

@@ -25,7 +25,7 @@ Watcher = Callable[[Outputs], None]
 """Is told of every step, in the loop's thread; it must not wait for anything."""
 
 
-def _nobody(_: Outputs) -> None:
+def nobody(_: Outputs) -> None:
     """Watches."""
 
 
@@ -42,7 +42,7 @@ class Base:
         laser: LaserDriver,
         endings: Tuple[Ending, Ending],
         period_ns: int,
-        watcher: Watcher = _nobody,
+        watcher: Watcher = nobody,
         clock: Clock = system_clock,
         pause: Callable[[float], None] = time.sleep,
     ) -> None:
@@ -83,7 +83,8 @@ class Base:
 
     def run(self) -> None:
         """Until end() or an exception, which it raises; in both cases the robot is told to stop within 50 ms, and what
-        waits for longer than two seconds is left to itself."""
+        takes longer than two seconds to end is left to itself. Raises PortBusyError where another instance has the
+        robot or the laser."""
         try:
             self._robot.begin()
             self._laser.begin()
@@ -97,6 +98,9 @@ class Base:
 
     def _cycle(self) -> None:
         now_ns = self._cadence.next()
+        for busy in (self._robot.busy, self._laser.busy):
+            if busy is not None:
+                raise busy
         self._requests.serve()
         outputs = self._loop.step(now_ns, Inputs(self._robot.news, self._laser.news))
         if outputs.enable_motors:

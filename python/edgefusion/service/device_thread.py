@@ -13,6 +13,7 @@ from typing import Callable, Generic, Protocol, Sequence, TypeVar
 from edgefusion.clock import Clock, system_clock
 from edgefusion.drivers.backoff import Backoff
 from edgefusion.drivers.link import LinkError
+from edgefusion.drivers.port_lock import PortBusyError
 from edgefusion.errors import RefusedError
 from edgefusion.service.device_news import DeviceNews
 from edgefusion.service.ending import EndedError, Ending
@@ -43,7 +44,9 @@ class Device(Protocol[T_co]):
 
 
 class DeviceThread(Generic[T]):
-    """wake: called, in this thread, when the health's state changes, so that nobody waits for a cycle to see it.
+    """busy: why the device cannot be had, where another instance holds its port.
+
+    wake: called, in this thread, when the health's state changes, so that nobody waits for a cycle to see it.
 
     An error that no driver should raise closes the device for good; the reason is its health.
     """
@@ -61,6 +64,7 @@ class DeviceThread(Generic[T]):
         self._name = device.health.component
         self._backoff = Backoff()
         self._started = False
+        self.busy: PortBusyError | None = None
         self._news: DeviceNews[T] = DeviceNews(device.health)
         self._thread = threading.Thread(target=self.run, name=self._name, daemon=True)
 
@@ -110,6 +114,9 @@ class DeviceThread(Generic[T]):
                 self._tell(replace(self._news, health=self._device.health))
             else:
                 self._pause(_IDLE_S)
+        except PortBusyError as error:
+            self.busy = error
+            self._lost(str(error))
         except (LinkError, RefusedError) as error:
             self._lost(str(error))
 

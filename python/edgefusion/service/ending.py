@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from edgefusion.drivers.link import Link
 
 
@@ -34,10 +36,11 @@ class Ending:
 class EndableLink(Link):
     """A link whose user may be in the middle of a search of seconds, and still ends within a read's 20 ms."""
 
-    ending: Ending | None = None
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self.ending = Ending()
 
     def read(self, n: int) -> bytes:
         """As Link.read. Raises EndedError, too."""
-        if self.ending is not None:
-            self.ending.check()
+        self.ending.check()
         return super().read(n)
