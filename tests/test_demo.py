@@ -269,8 +269,9 @@ def test_without_matplotlib_it_says_how_to_get_it(monkeypatch) -> None:
 
 
 def test_the_live_view_shows_the_drive_and_ends_on_ctrl_c(arguments, tmp_path: Path) -> None:
+    for_half_a_minute = ("--goal", "-8", "0", "0")
     process = subprocess.Popen(
-        command(*arguments, "--view", "--out", tmp_path / "out"), stderr=subprocess.PIPE, text=True
+        command(*arguments, *for_half_a_minute, "--view", "--out", tmp_path / "out"), stderr=subprocess.PIPE, text=True
     )
     assert process.stderr is not None
     with process, process.stderr:

@@ -146,10 +146,7 @@ def test_what_a_device_reports_as_failed_counts_as_a_failure_and_is_polled_on() 
     assert device.calls.count("start") == 1
 
 
-@pytest.mark.parametrize(
-    "device",
-    [Script(polls=[ZeroDivisionError("oops")]), Script([ZeroDivisionError("oops")])],
-XX_that_another_instance_holds_is_told_apart(tmp_path) -> None:
+def test_a_port_that_another_instance_holds_is_told_apart(tmp_path) -> None:
     master, slave = os.openpty()
     tty.setraw(slave)
     first, second = (Link(os.ttyname(slave), 9600, holder, lock_folder=tmp_path) for holder in ("first", "second"))
@@ -163,6 +160,11 @@ XX_that_another_instance_holds_is_told_apart(tmp_path) -> None:
     os.close(slave)
 
 
+@pytest.mark.parametrize(
+    "device",
+    [Script(polls=[ZeroDivisionError("oops")]), Script([ZeroDivisionError("oops")])],
+    ids=["poll", "start"],
+)
 def test_an_error_that_no_driver_should_raise_closes_the_device_for_good_and_says_so(device, caplog) -> None:
     hands = Hands(device)
     hands.thread.run()

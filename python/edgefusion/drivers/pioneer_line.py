@@ -10,7 +10,7 @@ from edgefusion.clock import Clock
 from edgefusion.drivers.link import Link, LinkError
 from edgefusion.drivers.sip import Message, SipReader
 
-_READ_BYTES = 256
+_BITS_PER_BYTE = 10
 _SILENCE_NS = 100_000_000
 """After that much an unfinished packet will not end."""
 
@@ -27,19 +27,38 @@ class PioneerLine:
         self.clock = clock
         self.pause = pause
         self.reader = SipReader()
-        self._heard_ns = clock()
+        self._heard_ns = self._begun_ns = clock()
+        self._begun_bytes = 0
+
+    @property
+    def is_socket(self) -> bool:
+        """Whether the line has no speed of its own."""
+        return "://" in self.link.name
 
     def send(self, *packets: bytes) -> None:
         """Raises LinkError."""
         self.link.write(b"".join(packets))
 
     def receive(self) -> list[Message]:
-        """What came within 20 ms. Raises LinkError."""
-        data = self.link.read(_READ_BYTES)
-        if data:
-            self._heard_ns = self.clock()
-            return self.reader.feed(data)
-        return self.reader.give_up() if self.clock() - self._heard_ns > _SILENCE_NS else []
+        """What came within 20 ms: a message as soon as it is whole. Raises LinkError."""
+        finder = self.reader.finder
+        begins = finder.is_between_packets
+        data = self.link.read(finder.wanted_bytes)
+        now_ns = self.clock()
+        if not data:
+            return self.reader.give_up() if now_ns - self._heard_ns > _SILENCE_NS else []
+        self._heard_ns = now_ns
+        if begins:
+            self._begun_ns, self._begun_bytes = now_ns, 0
+        self._begun_bytes += len(data)
+        return self.reader.feed(data)
+
+    @property
+    def message_ns(self) -> int:
+        """When the newest message began to leave the robot: its first bytes were there, or it was as long under way
+        as its bytes take."""
+        line_ns = 0 if self.is_socket else self._begun_bytes * _BITS_PER_BYTE * 1_000_000_000 // self.link.baudrate
+        return min(self._begun_ns, self._heard_ns - line_ns)
 
     def first(self, wanted: Callable[[Message], bool], within_s: float) -> Message | None:
         """The first message of a kind; those before it are skipped. None where none comes in time. Raises LinkError."""
@@ -55,7 +74,7 @@ class PioneerLine:
         """Lets pass what is still on its way, for a while, and forgets it. Raises LinkError."""
         self.pause(for_s)
         self.link.discard_input()
-        self.reader = SipReader()
+        self.reader.forget()
 
     def switch(self, baudrate: int, settle_s: float = 0.0) -> None:
         """Changes the host's speed. Raises LinkError, RefusedError for a speed that the port has not."""

@@ -40,6 +40,10 @@ class SipReader:
         """The messages inside of an unfinished packet, for a line that went silent."""
         return self._messages(self.finder.give_up())
 
+    def forget(self) -> None:
+        """Drops an unfinished packet: what comes next is from another time, or of another speed."""
+        self.finder.clear()
+
     def _messages(self, packets: list[Packet]) -> list[Message]:
         messages = []
         for packet in packets:

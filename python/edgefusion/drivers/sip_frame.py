@@ -63,6 +63,18 @@ class PacketFinder:
         self._done = 0  # bytes of the stream before the buffer
         self.skipped_bytes = 0
 
+    @property
+    def is_between_packets(self) -> bool:
+        """Whether none is under way."""
+        return not self._buffer
+
+    @property
+    def wanted_bytes(self) -> int:
+        """How many bytes the packet under way lacks; before its count is there, those up to it. Whoever reads so many
+        gets each packet when its last byte comes."""
+        known = len(HEADER) + 1
+        return known + (self._buffer[known - 1] if len(self._buffer) >= known else 0) - len(self._buffer)
+
     def feed(self, data: bytes) -> list[Packet]:
         """The packets that these bytes complete."""
         self._buffer += data
