@@ -83,7 +83,7 @@ class LmsScanner:
         self._restart_ns: int | None = None
         self._waiting: List[Tuple[int, bytes]] = []
         self._reader = TelegramReader(TO_LASER)
-        self._off_until_ns, self._free_ns = now_ns, now_ns
+        self._off_until_ns = self._free_ns = self._sent_end_ns = now_ns
 
     def receive(self, data: bytes, baudrate: Optional[int], now_ns: int) -> None:
         """What a client wrote; at another speed than its own it hears nothing."""
@@ -110,10 +110,11 @@ class LmsScanner:
             due_ns, telegram = self._waiting.pop(0)
             self._put(telegram, max(due_ns, self._free_ns))
         while self.streaming and self._new_speed is None:
-            end_ns, turn = self._next_end(self._free_ns)
-            if end_ns > now_ns:
+            end_ns, turn = self._next_end()
+            if max(end_ns, self._free_ns) > now_ns:
                 return
-            self._put(self._scan(end_ns, turn), end_ns)
+            self._sent_end_ns = end_ns
+            self._put(self._scan(end_ns, turn), max(end_ns, self._free_ns))
 
     def _put(self, telegram: bytes, at_ns: int) -> None:
         self._line.put(telegram, at_ns)
@@ -122,14 +123,15 @@ class LmsScanner:
     def _later(self, due_ns: int, telegram: bytes) -> None:
         self._waiting.append((due_ns, telegram))
 
-    def _next_end(self, after_ns: int) -> Tuple[int, int]:
-        """When the next scan that begins to be sent after a time is complete, and the number of its last turn.
+    def _next_end(self) -> Tuple[int, int]:
+        """When the scan that is sent next is complete, and the number of its last turn.
 
-        A scan is measured all the time; what is complete while the line is busy is not sent.
+        It measures all the time. What is the newest when the line gets free is sent then, if it was not sent before;
+        what was completed in between is never sent.
         """
         turns = 1 if self._mode == STREAM_PARTIAL else self.variant.turns
         period_ns = turns * TURN_NS
-        number = after_ns // period_ns + 1
+        number = max(self._free_ns // period_ns, self._sent_end_ns // period_ns + 1)
         return number * period_ns, (number - 1) % self.variant.turns
 
     def _scan(self, end_ns: int, turn: int) -> bytes:
@@ -137,11 +139,15 @@ class LmsScanner:
         spec = self._spec(turn if partial else None)
         scan = self._scan_at(end_ns - _last_beam_ns(spec), spec)
         offset = turn * self.variant.resolution // 25 if partial else 0
+        payload = self._scan_payload(scan, partial, offset, end_ns)
+        return encode(payload + bytes([self.status_byte]), _ADDRESS)
+
+    def _scan_payload(self, scan: Scan, partial: bool, offset: int, end_ns: int) -> bytes:
         header = telegrams.ScanHeader(self.block[telegrams.UNIT_AT], partial, offset)
         payload = telegrams.scan(scan.ranges_m, header, self.block[telegrams.MODE_AT])
         if self.block[telegrams.AVAILABILITY_AT] & telegrams.REAL_TIME_INDEX:
             payload += bytes([(end_ns // TURN_NS) & 0xFF])
-        return encode(payload + bytes([self.status_byte]), _ADDRESS)
+        return payload
 
     def _spec(self, turn: int | None) -> LaserSpec:
         """The whole scan, or one turn of it: beams a degree apart."""
@@ -212,9 +218,8 @@ class LmsScanner:
             return _REFUSED
         period_ns = self.variant.turns * TURN_NS
         spec = self._spec(None)
-        scan = self._scan_at(now_ns // period_ns * period_ns - _last_beam_ns(spec), spec)
-        header = telegrams.ScanHeader(self.block[telegrams.UNIT_AT])
-        return telegrams.scan(scan.ranges_m, header, self.block[telegrams.MODE_AT])
+        end_ns = now_ns // period_ns * period_ns
+        return self._scan_payload(self._scan_at(end_ns - _last_beam_ns(spec), spec), False, 0, end_ns)
 
     def _write(self, block: bytes) -> Tuple[bytes, int]:
         """Only in installation mode; it takes seconds, and wears the memory out."""
