@@ -17,13 +17,11 @@ from edgefusion.errors import RefusedError
 HOST_BAUDS = (9600, 19200, 38400, 57600, 115200)
 """In the order of HOSTBAUD's argument."""
 
-REPLY_S = 0.4
+REPLY_S = 0.3
 """A reply of 30 bytes takes 31 ms at 9600 baud, and a robot up to a cycle to send it."""
 
 _SILENT_TRIES, _TRIES, _CONFIG_TRIES = 2, 12, 3
 _SETTLE_S = 0.1
-_LEAVES_S = 0.03
-"""A packet of 9 bytes has left then also where the port does not say so: behind an adapter, on a pty."""
 _FIRST_STATUS_S, _NEW_SPEED_S = 1.0, 0.9
 
 
@@ -33,14 +31,25 @@ def find(line: PioneerLine, baudrates: Iterable[int]) -> Identity:
     At each speed it is told to stop before anything else: an earlier session may have left it driving.
     Raises RobotError where it answers at none of them.
     """
-    tried = list(dict.fromkeys([line.link.baudrate, *baudrates]))
+    tried = search_order(line.link.baudrate, baudrates)
     for baudrate in tried:
         line.switch(baudrate)
         identity = _synchronized(line)
         if identity is not None:
             return identity
-    speeds = ", ".join(map(str, tried))
+    speeds = ", ".join(str(baudrate) for baudrate in dict.fromkeys(tried))
     raise RobotError(f"{line.link.name}: expected a Pioneer, got no answer at any of {speeds} baud")
+
+
+def search_order(current: int, baudrates: Iterable[int]) -> list[int]:
+    """The current speed, then the others; between them the first again and again: there a robot listens that is just
+    being switched on, which shall not have to wait for all the others."""
+    home, *others = dict.fromkeys(baudrates)
+    order = [current] if current == home else [current, home]
+    for baudrate in others:
+        if baudrate != current:
+            order += [baudrate, home]
+    return order
 
 
 def _synchronized(line: PioneerLine) -> Identity | None:
@@ -54,6 +63,7 @@ def _synchronized(line: PioneerLine) -> Identity | None:
             silent, step = silent + 1, 0
             if silent == _SILENT_TRIES:
                 return None
+            line.send(command(Command.OPEN, 1))  # to one whose handshake ended, but that nobody opened: it is silent
             continue
         silent = 0
         identity = _identity(reply) if step == 2 else None
@@ -88,13 +98,12 @@ def open_session(line: PioneerLine) -> RobotConfig | None:
     Raises RobotError where it does not begin to report.
     """
     line.send(command(Command.OPEN, 1))
+    found = None
     for _ in range(_CONFIG_TRIES):
         line.send(command(Command.CONFIG, 1))
         found = line.first(lambda message: isinstance(message, RobotConfig), REPLY_S)
-        if isinstance(found, RobotConfig):
+        if found is not None:
             break
-    else:
-        found = None
     if line.first(_is_status, _FIRST_STATUS_S) is None:
         raise RobotError(f"{line.link.name}: the robot opened no session: it reports nothing")
     return found if isinstance(found, RobotConfig) else None
@@ -107,10 +116,9 @@ def go_faster(line: PioneerLine, config: RobotConfig | None, baudrate: int | Non
     """
     before = line.link.baudrate
     resets = config is not None and config.autobaud == AUTOBAUD_RESETS
-    if not resets or baudrate is None or baudrate <= before or line.link.name.startswith("socket:"):
+    if not resets or baudrate is None or baudrate <= before or line.is_socket:
         return
     line.send(command(Command.HOSTBAUD, HOST_BAUDS.index(baudrate)))
-    line.pause(_LEAVES_S)
     for speed in (baudrate, before):
         line.switch(speed, 0.01)
         line.send(command(Command.PULSE))

@@ -49,9 +49,12 @@ class Judgement:
         self._obeyed_ns = 0
         self._charged_ns: dict[float, int] = {}
 
-    def judge(self, state: RobotState, commanded: Twist2D) -> Health:
-        """FAILED: it must not be driven. DEGRADED: it may be, but somebody should know."""
-        disobeys = self._disobeys(state, commanded)
+    def judge(self, state: RobotState, commanded: Twist2D | None) -> Health:
+        """FAILED: it must not be driven. DEGRADED: it may be, but somebody should know.
+
+        commanded: None while it turns by its own control, where nobody knows what its wheels are to do.
+        """
+        disobeys = self._disobeys(state, commanded or state.twist)
         empty = self._below(self._config.empty_battery_v, state)
         low = self._below(self._config.low_battery_v, state)
         failures = [

@@ -11,13 +11,15 @@ from edgefusion.drivers.sip_command import Command, command, wheel_speeds
 from edgefusion.types import Twist2D
 
 MAX_AGE_NS = 300_000_000
-"""A velocity that was given longer ago is replaced by zero."""
+"""A velocity that was given so long ago is replaced by zero."""
 
 _REFRESH_NS, _PULSE_NS = 100_000_000, 500_000_000
+_ZEROS_NS = 1_000_000_000
+"""For so long zero is said again and again: a robot that missed it drives on, and the pulses would let it."""
 _TOP_WHEEL_MMPS = 2540
 """The 127 steps of 20 mm/s that a wheel's byte holds."""
 
-STOP = (command(Command.VEL, 0), command(Command.RVEL, 0), command(Command.STOP))
+STOP = (command(Command.STOP), command(Command.VEL, 0), command(Command.RVEL, 0))
 
 
 class Motion:
@@ -26,45 +28,52 @@ class Motion:
     def __init__(self, wheels: bool, max_speed_mps: float, max_yaw_rate_radps: float) -> None:
         self._wheels = wheels
         self._max_speed_mps, self._max_yaw_rate_radps = max_speed_mps, max_yaw_rate_radps
-        self._given: Twist2D | None = None
-        self._given_ns = self._velocity_ns = self._said_ns = 0
+        self._given: Twist2D | None = Twist2D()
+        self._given_ns = self._sent_ns = -_ZEROS_NS
+        self._zeros_until_ns = 0
 
     @property
-    def commanded(self) -> Twist2D:
-        """What the robot is to do now."""
-        return self._given or Twist2D()
+    def commanded(self) -> Twist2D | None:
+        """What the robot is to do now; None while it turns by its own control."""
+        return self._given
 
     def drive(self, now_ns: int, twist: Twist2D) -> list[bytes]:
         """The packets of a new velocity, clipped to the limits, in whole mm/s and deg/s."""
         v_mps = max(-self._max_speed_mps, min(self._max_speed_mps, twist.v_mps))
         w_radps = max(-self._max_yaw_rate_radps, min(self._max_yaw_rate_radps, twist.w_radps))
         self._given, self._given_ns = Twist2D(v_mps, w_radps), now_ns
+        self._zeros_until_ns = now_ns + MAX_AGE_NS + _ZEROS_NS
         return self._velocity(now_ns, self._given)
 
-    def forget(self, now_ns: int) -> None:
-        """Something else moves or stops the robot from now on."""
-        self._given, self._said_ns = None, now_ns
+    def stop(self, now_ns: int) -> list[bytes]:
+        """The packets of a stop with the usual braking."""
+        return [STOP[0], *self.drive(now_ns, Twist2D())]
+
+    def turn(self, now_ns: int, packet: bytes) -> list[bytes]:
+        """The robot turns by its own control from now on: no velocity comes between."""
+        self._given, self._zeros_until_ns, self._sent_ns = None, now_ns, now_ns
+        return [packet]
 
     def due(self, now_ns: int) -> list[bytes]:
         """A refresh, zero for what has grown old, or a pulse."""
-        if self._given is not None and now_ns - self._given_ns > MAX_AGE_NS:
-            self._given = None
-            return self._velocity(now_ns, Twist2D())
-        if self._given is not None and now_ns - self._velocity_ns >= _REFRESH_NS:
+        twist = self._given or Twist2D()
+        if twist != Twist2D() and now_ns - self._given_ns >= MAX_AGE_NS:
+            self._given = Twist2D()
             return self._velocity(now_ns, self._given)
-        if now_ns - self._said_ns >= _PULSE_NS:
-            self._said_ns = now_ns
+        if now_ns < self._zeros_until_ns and now_ns - self._sent_ns >= _REFRESH_NS:
+            return self._velocity(now_ns, twist)
+        if now_ns - self._sent_ns >= _PULSE_NS:
+            self._sent_ns = now_ns
             return [command(Command.PULSE)]
         return []
 
     def _velocity(self, now_ns: int, twist: Twist2D) -> list[bytes]:
-        self._velocity_ns = self._said_ns = now_ns
+        self._sent_ns = now_ns
         v_mmps, w_dps = round(twist.v_mps * 1e3), round(math.degrees(twist.w_radps))
         if not self._wheels:
             return [command(Command.VEL, v_mmps), command(Command.RVEL, w_dps)]
         aside_mmps = twist.w_radps / HALF_WHEEL_BASE
-        left, right = (_within(v_mmps - aside_mmps), _within(v_mmps + aside_mmps))
-        return [wheel_speeds(left, right)]
+        return [wheel_speeds(_within(v_mmps - aside_mmps), _within(v_mmps + aside_mmps))]
 
 
 def _within(wheel_mmps: float) -> float:

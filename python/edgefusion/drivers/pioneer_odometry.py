@@ -7,30 +7,33 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from edgefusion.drivers.pioneer_factors import Factors
+from edgefusion.drivers.pioneer_factors import HALF_WHEEL_BASE, Factors
 from edgefusion.drivers.sip_status import Status
 from edgefusion.types import STILL, Pose2D
 
 TOP_SPEED_MPS, TOP_YAW_RATE_RADPS = 2.2, math.radians(500)
-TOP_CHANGE_MPS2 = 4.0
-"""No Pioneer goes faster, or brakes harder."""
+TOP_CHANGE_MPS2, TOP_YAW_CHANGE_RADPS2 = 2.5, math.radians(400)
+"""No Pioneer goes faster, or gets faster in less time. It may stop at once: at a wall."""
 
 NEW_COUNTS = 3
 """So many SIPs in a row that follow from each other, but not from what was before, are a robot that began anew."""
 
-_SLACK_M, _SLACK, _SLACK_MPS = 0.1, math.radians(20), 0.2
+_HELD_UP_S = 0.15
+"""SIPs may be held up by so much, and then come at once."""
+_SLACK_M, _SLACK = 0.02, math.radians(3)
 _WRAP, _HALF = 0x7FFF, 0x4000
 _NS_PER_S = 1e9
 
 
 class Counts(NamedTuple):
-    """One SIP's odometry and speed, and when it came."""
+    """One SIP's odometry and speeds, and when it was sent."""
 
     stamp_ns: int
     x: int
     y: int
     heading: int
     speed_mps: float
+    yaw_rate_radps: float
 
 
 class Odometry:
@@ -50,15 +53,25 @@ class Odometry:
 
     def add(self, stamp_ns: int, status: Status) -> bool:
         """Whether the SIP follows from the last one; where it does not, the pose stays."""
-        speed_mps = (status.left_speed + status.right_speed) / 2 * self._factors.speed_mps
-        counts = Counts(stamp_ns, status.x_counts, status.y_counts, status.heading_counts, speed_mps)
-        if self._last is not None and not self._follows(self._last, counts):
+        counts = self._counts(stamp_ns, status)
+        if not self._follows(self._last or counts, counts):
             self._doubt(counts)
             return False
         if self._last is not None:
             self.pose = self.pose.compose(self._step(self._last, counts))
         self._last, self._doubtful, self._doubts = counts, None, 0
         return True
+
+    def robot_heading(self, theta: float) -> float:
+        """A heading in `odom` as the robot itself counts it [rad]."""
+        own = 0.0 if self._last is None else self._last.heading * self._factors.heading
+        return theta - self.pose.theta + own
+
+    def _counts(self, stamp_ns: int, status: Status) -> Counts:
+        left_mps, right_mps = (speed * self._factors.speed_mps for speed in (status.left_speed, status.right_speed))
+        yaw_rate = (right_mps - left_mps) * 1e3 / 2 * HALF_WHEEL_BASE
+        place = status.x_counts, status.y_counts, status.heading_counts
+        return Counts(stamp_ns, *place, (left_mps + right_mps) / 2, yaw_rate)
 
     def _doubt(self, counts: Counts) -> None:
         before = self._doubtful
@@ -69,12 +82,15 @@ class Odometry:
             self._last, self._doubtful, self._doubts = counts, None, 0
 
     def _follows(self, before: Counts, after: Counts) -> bool:
-        """Whether a robot gets from one to the other. SIPs may be held up and come at once, so there is some slack."""
+        """Whether a robot gets from one to the other: so far, at the speeds that it says, and to these speeds."""
         step, dt_s = self._step(before, after), (after.stamp_ns - before.stamp_ns) / _NS_PER_S
+        v = before.speed_mps, after.speed_mps, TOP_SPEED_MPS, TOP_CHANGE_MPS2
+        w = before.yaw_rate_radps, after.yaw_rate_radps, TOP_YAW_RATE_RADPS, TOP_YAW_CHANGE_RADPS2
         return (
-            math.hypot(step.x_m, step.y_m) <= TOP_SPEED_MPS * dt_s + _SLACK_M
-            and abs(step.theta) <= TOP_YAW_RATE_RADPS * dt_s + _SLACK
-            and abs(after.speed_mps - before.speed_mps) <= TOP_CHANGE_MPS2 * dt_s + _SLACK_MPS
+            _reached(*v, dt_s)
+            and _reached(*w, dt_s)
+            and math.hypot(step.x_m, step.y_m) <= _way(*v, dt_s) + _SLACK_M
+            and abs(step.theta) <= _way(*w, dt_s) + _SLACK
         )
 
     def _step(self, before: Counts, after: Counts) -> Pose2D:
@@ -88,3 +104,15 @@ class Odometry:
 def _difference(new: int, old: int) -> int:
     """Of counters of 15 bits; less than half a wrap apart."""
     return ((new - old + _HALF) & _WRAP) - _HALF
+
+
+def _reached(before: float, after: float, top: float, change: float, dt_s: float) -> bool:
+    """Whether a speed can be had that soon after another."""
+    slower = max(min(0.0, before), min(max(0.0, before), after))
+    return abs(after) <= top and abs(after - slower) <= change * (dt_s + _HELD_UP_S)
+
+
+def _way(before: float, after: float, top: float, change: float, dt_s: float) -> float:
+    """The farthest that one gets from one speed to another."""
+    fastest = min(top, max(abs(before), abs(after)) + change * dt_s / 2)
+    return fastest * (dt_s + _HELD_UP_S)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""What a Pioneer says that it is, and what follows from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from edgefusion.drivers.pioneer_factors import Factors
+from edgefusion.drivers.pioneer_limits import Limits
+from edgefusion.drivers.sip_config import Identity, RobotConfig
+
+_SILENCE_S, _CYCLES, _MS = 0.25, 2.5, 1e-3
+"""A Pioneer's usual cycle is 0.1 s."""
+
+
+@dataclass(frozen=True)
+class RobotInfo:
+    """One session. parameters: None where the robot sent no CONFIGpac. baudrate: as it was brought to."""
+
+    identity: Identity
+    parameters: RobotConfig | None
+    factors: Factors
+    limits: Limits
+    baudrate: int
+
+    @property
+    def silence_s(self) -> float:
+        """A pause of more than this between its bytes is a loss."""
+        cycle_ms = self.parameters.sip_cycle_ms if self.parameters else None
+        return max(_SILENCE_S, _CYCLES * _MS * (cycle_ms or 0))
+
+    @property
+    def firmware(self) -> str:
+        """Its version; empty where the robot does not say."""
+        return (self.parameters.firmware if self.parameters else None) or ""
