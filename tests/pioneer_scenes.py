@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Callable, Optional
+from typing import Any, Callable, Optional
 
 import pytest
 
@@ -16,15 +16,43 @@ from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.drivers.pioneer_state import RobotState
 from edgefusion.drivers.sip_command import Command
 from edgefusion.drivers.sip_frame import PacketFinder
+from edgefusion.sim.sip_robot import SipRobot
+from edgefusion.sim.sip_robot_character import SH, Character
 from edgefusion.types import Twist2D
+from floor_body import FloorBody
 from scripted_pioneer import ScriptedPioneer
 from virtual_port import VirtualLine
+
+
+class SimulatedPioneer:
+    """The simulated firmware as a wire device, on a floor whose time goes on with the line's. said: all its bytes."""
+
+    def __init__(self, character: Character = SH) -> None:
+        self.body = FloorBody()
+        self.firmware = SipRobot(self.body, character)
+        self.said = bytearray()
+        self._now_ns = 0
+
+    def receive(self, data: bytes, baudrate: Optional[int], now_ns: int) -> None:
+        self._pass(now_ns)
+        self.firmware.receive(data, baudrate, now_ns)
+
+    def transmit(self, baudrate: Optional[int], now_ns: int) -> bytes:
+        self._pass(now_ns)
+        data = self.firmware.transmit(baudrate, now_ns)
+        self.said += data
+        return data
+
+    def _pass(self, now_ns: int) -> None:
+        if now_ns > self._now_ns:
+            self.body.base.step(now_ns - self._now_ns)
+            self._now_ns = now_ns
 
 
 class Scene:
     """driver: on robot, over line; time passes by what the driver waits for."""
 
-    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, robot: ScriptedPioneer, config: PioneerConfig):
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, robot: Any, config: PioneerConfig):
         self.clock, self.robot = SimClock(10**9), robot
         self.line = VirtualLine(robot, self.clock)
         self.line.serve(monkeypatch)
@@ -68,7 +96,7 @@ MakeScene = Callable[..., Scene]
 def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     made: list[Scene] = []
 
-    def make(robot: Optional[ScriptedPioneer] = None, **settings: object) -> Scene:
+    def make(robot: Any = None, **settings: object) -> Scene:
         made.append(Scene(tmp_path, monkeypatch, robot or ScriptedPioneer(), PioneerConfig(**settings)))
         return made[-1]
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""However it ends, the Pioneer's driver leaves a robot that was told to stop, and moves none that it was not told to."""
+"""However it ends, the Pioneer's driver has told the robot to stop, and moves none that it was not told to."""
 
 from __future__ import annotations
 

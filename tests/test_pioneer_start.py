@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""The Pioneer's driver finds a scripted robot in whatever state a crash left it, and brings it to where it is driven."""
+"""The Pioneer's driver finds a scripted robot in any state that a crash left, and brings it to where it is driven."""
 
 from __future__ import annotations
 
