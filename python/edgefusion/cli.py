@@ -16,12 +16,13 @@ from edgefusion.errors import RefusedError
 EXAMPLES = """examples:
   edgefusion demo
   edgefusion detect drive --model models/resnet18 --images
+  edgefusion sim --links /tmp/sim
   edgefusion model add net.onnx --labels labels.txt --out models/net"""
 
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all verbs; each verb's module registers its own options and loads what it needs when run."""
-    from edgefusion.tools import demo, detect, evaluate, model
+    from edgefusion.tools import demo, detect, evaluate, model, sim
 
     parser = argparse.ArgumentParser(
         prog="edgefusion",
@@ -31,7 +32,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"edgefusion {__version__}")
     verbs = parser.add_subparsers(title="verbs", metavar="VERB", required=True)
-    for tool in (demo, detect, evaluate, model):
+    for tool in (demo, detect, evaluate, model, sim):
         tool.add_parser(verbs)
     return parser
 

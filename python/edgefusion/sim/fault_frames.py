@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The frames in what a simulated device sends, and how to make one that is well formed and not true."""
+
+from __future__ import annotations
+
+import struct
+from typing import Callable, NamedTuple
+
+import numpy as np
+
+from edgefusion.drivers import lms2xx_telegram, sip_frame
+from edgefusion.drivers.lms2xx_scan import SCAN
+from edgefusion.drivers.sip_status import STATUS_TYPES
+
+Rng = np.random.Generator
+
+
+class Protocol(NamedTuple):
+    """length: of the frame that begins here, 0 where it cannot be told yet. distorted: the same with other contents."""
+
+    length: Callable[[bytes], int]
+    distorted: Callable[[bytes, Rng], bytes]
+
+
+def _sip_length(data: bytes) -> int:
+    if not data.startswith(sip_frame.HEADER):
+        return 1
+    return 3 + data[2] if len(data) > 2 else 0
+
+
+def _sip_distorted(packet: bytes, rng: Rng) -> bytes:
+    """A report of another place and speed."""
+    body = bytearray(packet[3:-2])
+    if not body or body[0] not in STATUS_TYPES or len(body) < 11:
+        return packet
+    struct.pack_into("<HHhhh", body, 1, *rng.integers(0, 0x7FFF, 2), *rng.integers(-1500, 1500, 3))
+    return sip_frame.frame(bytes(body))
+
+
+def _lms_length(data: bytes) -> int:
+    if data[0] != lms2xx_telegram.STX:
+        return 1
+    size = lms2xx_telegram.FRAME_BYTES
+    return size + data[2] + 256 * data[3] if len(data) >= 4 else 0
+
+
+def _lms_distorted(telegram: bytes, rng: Rng) -> bytes:
+    """A scan of other ranges."""
+    if len(telegram) < 10 or telegram[4] != SCAN:
+        return telegram
+    payload = bytearray(telegram[4:-2])
+    count = payload[1] + 256 * payload[2] & 0x3FF
+    payload[3 : 3 + 2 * count] = rng.integers(50, 8000, count).astype("<u2").tobytes()
+    return lms2xx_telegram.encode(bytes(payload), telegram[1])
+
+
+SIP = Protocol(_sip_length, _sip_distorted)
+LMS = Protocol(_lms_length, _lms_distorted)
+
+
+class Frames:
+    """Cuts a stream into frames; bytes between two are frames of their own."""
+
+    def __init__(self, protocol: Protocol) -> None:
+        self._protocol, self._begun = protocol, b""
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Those that are whole now."""
+        self._begun += data
+        whole = []
+        while self._begun:
+            length = self._protocol.length(self._begun)
+            if length == 0 or length > len(self._begun):
+                break
+            whole.append(self._begun[:length])
+            self._begun = self._begun[length:]
+        return whole

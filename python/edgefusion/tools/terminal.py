@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""A terminal that shows lines in place and hands over keys as they are pressed."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import termios
+import tty
+from contextlib import contextmanager
+from typing import Iterator, Sequence, TextIO
+
+_UP, _CLEAR_LINE, _CLEAR_BELOW = "\x1b[{}A", "\x1b[2K", "\x1b[J"
+_HIDE, _SHOW = "\x1b[?25l", "\x1b[?25h"
+_KEYS = 64
+
+
+class Screen:
+    """Lines that each new set of them overwrites."""
+
+    def __init__(self, out: TextIO) -> None:
+        self._out = out
+        self._shown = 0
+
+    def show(self, lines: Sequence[str]) -> None:
+        """In place of what was shown before; cut at the right edge, as a line that wraps could not be overwritten."""
+        width = _width(self._out)
+        up = _UP.format(self._shown) if self._shown else ""
+        self._out.write(up + "".join(f"{_CLEAR_LINE}{line[:width]}\n" for line in lines) + _CLEAR_BELOW)
+        self._out.flush()
+        self._shown = len(lines)
+
+
+@contextmanager
+def keys_at_once(terminal: int) -> Iterator[None]:
+    """Within this, keys are read as they are pressed and not shown; Ctrl-C still interrupts."""
+    before = termios.tcgetattr(terminal)
+    tty.setcbreak(terminal)
+    sys.stdout.write(_HIDE)
+    try:
+        yield
+    finally:
+        termios.tcsetattr(terminal, termios.TCSADRAIN, before)
+        sys.stdout.write(_SHOW)
+        sys.stdout.flush()
+
+
+def pressed(terminal: int) -> bytes:
+    """The keys since the last time; never waits. Nothing once the terminal is gone."""
+    if not select.select([terminal], [], [], 0)[0]:
+        return b""
+    try:
+        return os.read(terminal, _KEYS)
+    except OSError:
+        return b""
+
+
+def _width(out: TextIO) -> int:
+    try:
+        return os.get_terminal_size(out.fileno()).columns or 80
+    except OSError:
+        return 80
