@@ -231,3 +231,12 @@ def test_the_waits_double_to_the_longest_and_start_anew_after_success():
     assert waits_ms == [50, 100, 200, 400, 800, 1000, 1000]
     backoff.reset()
     assert backoff.due(now_ns)
+
+
+def test_what_was_written_last_still_arrives_when_the_link_is_closed(pty, make_link):
+    link = make_link(pty.path)
+    link.open()
+    link.write(b"stop")
+    link.close()
+    os.set_blocking(pty.master, False)
+    assert os.read(pty.master, 100) == b"stop"

@@ -35,6 +35,8 @@ def drain(port: Any) -> None:
 
 def close_port(port: Any) -> None:
     """Raises nothing. Bytes that nobody takes are forgotten: they would hold up the closing for 30 s."""
-    for close in (port.reset_output_buffer, port.close):
-        with suppress(*FAILURES):
-            close()
+    with suppress(*FAILURES):
+        if getattr(port, "out_waiting", 0):  # a pty's are on their way already, and would be lost
+            port.reset_output_buffer()
+    with suppress(*FAILURES):
+        port.close()
