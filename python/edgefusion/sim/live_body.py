@@ -21,7 +21,7 @@ STEP_NS = 10_000_000
 """The base is integrated, and the contact checked, in steps of this length."""
 
 _STALLS_NS = 200_000_000
-_WATCHED_M = 0.05
+_WATCHED_M, _APART_M = 0.05, 0.01
 _SONAR_M, _SONAR_HALF, _SONAR_BEAMS = 5.0, math.radians(12), 9
 _BUMPERS = 5
 _FRONT = math.radians(100)
@@ -37,7 +37,7 @@ class LiveBody:
     ) -> None:
         self._base = SimBase(spec, start, stamp_ns=now_ns)
         self._hull, self._walls = Hull(corners_m), walls
-        self._corners = np.asarray(corners_m, float)
+        self._edge = _edge_of(corners_m)
         self._commanded = Twist2D()
         self._blocked_ns = -_STALLS_NS
         self._touched = _UNTOUCHED
@@ -127,18 +127,22 @@ class LiveBody:
         return _UNTOUCHED[0], _pressed((half - behind) / (2 * half))
 
     def _contact(self, pose: Pose2D) -> npt.NDArray[np.float64]:
-        """The point of the walls that is deepest inside the hull's bounding box, in base_link."""
-        starts, ends = self._walls.segments[:, :2], self._walls.segments[:, 2:]
-        shares = np.linspace(0.0, 1.0, 101)[:, None, None]
-        points = (starts + shares * (ends - starts)).reshape(-1, 2) - (pose.x_m, pose.y_m)
+        """The point of the hull's edge that is nearest to a wall, in base_link."""
         cosine, sine = math.cos(pose.theta), math.sin(pose.theta)
-        seen = np.column_stack(
-            [cosine * points[:, 0] + sine * points[:, 1], cosine * points[:, 1] - sine * points[:, 0]]
-        )
-        low, high = self._corners.min(axis=0), self._corners.max(axis=0)
-        outside = np.maximum(np.maximum(low - seen, seen - high), 0.0)
-        nearest: npt.NDArray[np.float64] = seen[np.hypot(outside[:, 0], outside[:, 1]).argmin()]
+        edge = self._edge @ np.array([[cosine, sine], [-sine, cosine]]) + (pose.x_m, pose.y_m)
+        starts, ways = self._walls.segments[:, :2], self._walls.segments[:, 2:] - self._walls.segments[:, :2]
+        apart = edge[:, None] - starts
+        shares = (apart * ways).sum(axis=2) / np.maximum((ways * ways).sum(axis=1), 1e-12)
+        off = apart - np.clip(shares, 0.0, 1.0)[:, :, None] * ways
+        nearest: npt.NDArray[np.float64] = self._edge[np.hypot(off[:, :, 0], off[:, :, 1]).min(axis=1).argmin()]
         return nearest
+
+
+def _edge_of(corners_m: Sequence[Tuple[float, float]]) -> npt.NDArray[np.float64]:
+    """Points along the hull, a centimetre apart or so, float64[k, 2]."""
+    corners = np.asarray(corners_m, float)
+    sides = zip(corners, np.roll(corners, -1, axis=0))
+    return np.concatenate([np.linspace(a, b, 2 + int(np.hypot(*(b - a)) / _APART_M)) for a, b in sides])
 
 
 def _pressed(share: float) -> Pressed:

@@ -9,6 +9,7 @@ from typing import Sequence, Tuple
 import numpy as np
 
 from edgefusion.config.navigation import P3DX_FOOTPRINT_M
+from edgefusion.pose_history import SPAN_NS
 from edgefusion.sim.built_world import build
 from edgefusion.sim.hull import bounded
 from edgefusion.sim.laser import LaserSpec, SimLaser
@@ -44,10 +45,12 @@ class LiveWorld:
         self.body.step_to(now_ns)
 
     def scan_at(self, stamp_ns: int, spec: LaserSpec) -> Scan:
-        """What such a laser measured, its middle beam then: within the last second. Before the world's begin the robot
-        stood where it starts."""
+        """What such a laser measured, its middle beam then. Of times more than a second ago, or before the world's
+        begin, it is what it measured at the first that there is."""
+        newest_ns = self.body.stamp_ns
+        oldest_ns = max(self._begin_ns, newest_ns - SPAN_NS)
 
         def pose_at(ns: int) -> Pose2D:
-            return self.rig.laser_pose(self.body.pose_at(min(max(ns, self._begin_ns), self.body.stamp_ns)))
+            return self.rig.laser_pose(self.body.pose_at(min(max(ns, oldest_ns), newest_ns)))
 
         return SimLaser(spec).scan(stamp_ns, self._segments, pose_at, self._rng)[0]
