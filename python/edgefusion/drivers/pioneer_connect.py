@@ -21,7 +21,8 @@ REPLY_S = 0.3
 """A reply of 30 bytes takes 31 ms at 9600 baud, and a robot up to a cycle to send it."""
 
 _SILENT_TRIES, _TRIES, _CONFIG_TRIES = 2, 12, 3
-_SETTLE_S = 0.1
+_SETTLE_S, _LEAVES_S = 0.1, 0.02
+"""The second: until the last byte is on the line, though an adapter took it before."""
 _FIRST_STATUS_S, _NEW_SPEED_S = 1.0, 0.9
 
 
@@ -119,8 +120,9 @@ def go_faster(line: PioneerLine, config: RobotConfig | None, baudrate: int | Non
     if not resets or baudrate is None or baudrate <= before or line.is_socket:
         return
     line.send(command(Command.HOSTBAUD, HOST_BAUDS.index(baudrate)))
+    line.pause(_LEAVES_S)
     for speed in (baudrate, before):
-        line.switch(speed, 0.01)
+        line.switch(speed)
         line.send(command(Command.PULSE))
         if line.first(_is_status, _NEW_SPEED_S) is not None:
             return
