@@ -30,7 +30,7 @@ class RobotWatch:
         self._state: RobotState | None = None
         self._came_ns: Deque[int] = deque()
         self._begun_ns = clock()
-        self._reconnections = 0
+        self._sessions = 0
         self._told, self._told_ns = Twist2D(), 0
 
     @property
@@ -38,11 +38,21 @@ class RobotWatch:
         """Whether it has something to tell."""
         return self._state is not None
 
+    def begin(self) -> None:
+        """Finds the robot for the first time. Raises LinkError, RefusedError."""
+        self._driver.start()
+        self._sessions += 1
+        self._begun_ns, self._told = self._clock(), Twist2D()
+        self._came_ns.clear()
+
     def turn(self) -> bool:
         """Some 20 ms of it; a search takes seconds. Whether there is a robot. Raises RefusedError."""
         try:
             if self._driver.info is None:
-                return self._search()
+                if not self._backoff.due(self._clock()):
+                    return False
+                self.begin()
+                self._backoff.reset()
             if self._keys is not None:
                 self._obey(self._keys)
             self._take(self._driver.poll())
@@ -58,19 +68,8 @@ class RobotWatch:
             self._came_ns.popleft()
         seconds = min(_RATE_NS, now_ns - self._begun_ns) / 1e9
         rate = len(self._came_ns) / seconds if seconds else 0.0
-        return facts(
-            self._port, self._driver, self._state, self._ring.ranges_m(now_ns), Counted(rate, self._reconnections)
-        )
-
-    def _search(self) -> bool:
-        if not self._backoff.due(self._clock()):
-            return False
-        self._driver.start()
-        self._backoff.reset()
-        self._reconnections += bool(self._came_ns)
-        self._begun_ns, self._told = self._clock(), Twist2D()
-        self._came_ns.clear()
-        return True
+        counted = Counted(rate, max(0, self._sessions - 1))
+        return facts(self._port, self._driver, self._state, self._ring.ranges_m(now_ns), counted)
 
     def _take(self, states: list[RobotState]) -> None:
         for state in states:
