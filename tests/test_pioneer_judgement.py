@@ -27,8 +27,11 @@ VELOCITIES = st.tuples(st.floats(-0.5, 0.5), st.floats(-1.0, 1.0))
 
 def judge(states: list[RobotState], commanded: Optional[Twist2D] = REST) -> list[Health]:
     """Of states that come one cycle after the other."""
-    judgement = Judgement(PioneerConfig(), BaseConfig())
-    return [judgement.judge(replace(state, stamp_ns=i * CYCLE_NS), commanded) for i, state in enumerate(states)]
+    judgement, pose, healths = Judgement(PioneerConfig(), BaseConfig()), STILL, []
+    for i, state in enumerate(states):
+        pose = pose.compose(state.twist.motion(CYCLE_NS / 1e9))
+        healths.append(judgement.judge(replace(state, stamp_ns=i * CYCLE_NS, odometry=pose), commanded))
+    return healths
 
 
 @pytest.mark.parametrize(
@@ -62,18 +65,26 @@ def test_wheels_that_do_otherwise_than_told_for_a_second_fail_it(commanded: tupl
     assert failed[0] * CYCLE_NS >= 800_000_000
 
 
+def test_reports_that_are_stuck_fail_it_though_they_say_the_speed_that_was_told() -> None:
+    judgement = Judgement(PioneerConfig(), BaseConfig())
+    stuck = replace(WELL, twist=Twist2D(0.3))
+    healths = [judgement.judge(replace(stuck, stamp_ns=i * CYCLE_NS), Twist2D(0.3)) for i in range(20)]
+    assert healths[-1].reason == "the wheels do not do what they were told"
+
+
 @given(steps=st.lists(VELOCITIES, min_size=1, max_size=6), acceleration=st.floats(0.2, 2.0))
 def test_a_drive_that_follows_late_and_by_its_ramps_obeys(steps: list, acceleration: float) -> None:
     base = BaseConfig(acceleration_mps2=acceleration)
     judgement, v, w = Judgement(PioneerConfig(), base), 0.0, 0.0
-    commanded = Twist2D()
+    commanded, pose = Twist2D(), STILL
     for cycle in range(len(steps) * 15):
         late = commanded
         commanded = Twist2D(*steps[cycle // 15])
         v += max(-acceleration / 10, min(acceleration / 10, late.v_mps - v))
         change = base.yaw_acceleration_radps2 / 10
         w += max(-change, min(change, late.w_radps - w))
-        state = replace(WELL, stamp_ns=cycle * CYCLE_NS, twist=Twist2D(v, w))
+        pose = pose.compose(Twist2D(v, w).motion(CYCLE_NS / 1e9))
+        state = replace(WELL, stamp_ns=cycle * CYCLE_NS, twist=Twist2D(v, w), odometry=pose)
         assert judgement.judge(state, commanded).state is HealthState.OK
 
 

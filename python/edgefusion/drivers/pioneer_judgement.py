@@ -27,14 +27,18 @@ class _Axis:
 
     def __init__(self, acceleration: float, least: float) -> None:
         self._acceleration, self._least = acceleration, least
-        self._expected = 0.0
+        self._expected = self._change = 0.0
 
-    def obeys(self, commanded: float, measured: float, dt_s: float) -> bool:
-        change = self._acceleration * dt_s
-        self._expected += max(-change, min(change, commanded - self._expected))
+    def expect(self, commanded: float, dt_s: float) -> None:
+        """A time has gone by since it was commanded something."""
+        self._change = self._acceleration * dt_s
+        self._expected += max(-self._change, min(self._change, commanded - self._expected))
+
+    def fits(self, measured: float) -> bool:
+        """Whether that is what it should be."""
         along = measured if self._expected >= 0 else -measured
         expected = abs(self._expected)
-        too_fast = abs(measured) > expected + max(2 * self._least, change)
+        too_fast = abs(measured) > expected + max(2 * self._least, self._change)
         return not too_fast and (expected < self._least or along >= _MOVES * expected)
 
 
@@ -45,7 +49,7 @@ class Judgement:
         self._config = config
         self._v = _Axis(base.acceleration_mps2, 0.1)
         self._w = _Axis(base.yaw_acceleration_radps2, 0.25)
-        self._last_ns: int | None = None
+        self._last: RobotState | None = None
         self._obeyed_ns = 0
         self._charged_ns: dict[float, int] = {}
 
@@ -73,11 +77,18 @@ class Judgement:
         return Health(COMPONENT, HealthState.OK)
 
     def _disobeys(self, state: RobotState, commanded: Twist2D) -> bool:
-        dt_s = 0.0 if self._last_ns is None else (state.stamp_ns - self._last_ns) / _NS_PER_S
-        self._last_ns = state.stamp_ns
-        v_obeys = self._v.obeys(commanded.v_mps, state.twist.v_mps, dt_s)
-        w_obeys = self._w.obeys(commanded.w_radps, state.twist.w_radps, dt_s)
-        if (v_obeys and w_obeys) or dt_s == 0.0:
+        """By the speeds that it says, and by where it got to: reports that are stuck say the same speed for ever."""
+        last, self._last = self._last, state
+        if last is None or state.stamp_ns <= last.stamp_ns:
+            self._obeyed_ns = state.stamp_ns
+            return False
+        dt_s = (state.stamp_ns - last.stamp_ns) / _NS_PER_S
+        self._v.expect(commanded.v_mps, dt_s)
+        self._w.expect(commanded.w_radps, dt_s)
+        step = state.odometry.relative_to(last.odometry)
+        speeds = state.twist.v_mps, step.x_m / dt_s
+        yaw_rates = state.twist.w_radps, step.theta / dt_s
+        if all(map(self._v.fits, speeds)) and all(map(self._w.fits, yaw_rates)):
             self._obeyed_ns = state.stamp_ns
         return state.stamp_ns - self._obeyed_ns >= DISOBEYS_NS
 

@@ -11,7 +11,10 @@ from edgefusion.types import Twist2D
 HELD_NS = 300_000_000
 """A key that was not repeated for so long was let go."""
 
-HELP = "arrows or W A S D drive, space stops, M motors on or off, Q quits; let go, and it stops within 0.3 s"
+HELP = (
+    "arrows or W A S D drive, space stops, M: motors on or off, Q quits",
+    "let go, and it stops within 0.3 s; nothing else looks where it goes",
+)
 
 _FORWARD, _BACK, _LEFT, _RIGHT = (1, 0), (-1, 0), (0, 1), (0, -1)
 _WAYS: Dict[bytes, Tuple[int, int]] = {

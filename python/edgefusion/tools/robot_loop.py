@@ -36,7 +36,7 @@ def show_in_place(watch: RobotWatch, keys: Keys | None, seconds: float) -> int:
     screen = Screen(sys.stdout)
 
     def show() -> None:
-        screen.show([*in_words(watch.facts()), f"keys     {HELP if keys else 'Ctrl-C quits'}"])
+        screen.show([*in_words(watch.facts()), *(f"keys     {line}" for line in (HELP if keys else ("Ctrl-C quits",)))])
 
     with nullcontext() if keys is None else keys_at_once(sys.stdin.fileno()):
         _loop(watch, keys, show, _SCREEN_NS, seconds)

@@ -47,12 +47,13 @@ def in_words(told: Mapping[str, Any]) -> list[str]:
     state, errors, health = told["state"], told["errors"], told["health"]
     words = "ok" if health["state"] == HealthState.OK.value else f"{health['state']}: {health['reason']}"
     return [
-        f"robot    {_named(told['robot'], told['port'])}",
+        f"port     {told['port']}{_speed_of(told['robot'])}",
+        f"robot    {_named(told['robot'])}",
         f"health   {words}",
         *([f"{name:<9}-" for name in ("battery", "flags", "pose", "speed", "front", "rear")] if state is None else []),
         *([] if state is None else _state_in_words(state)),
-        f"packets  {told['packets_per_s']:.1f}/s; {errors['skipped_bytes']} bytes skipped, "
-        f"{errors['unknown_packets']} packets unknown, {errors['implausible_packets']} implausible, "
+        f"packets  {told['packets_per_s']:.1f}/s, {errors['unknown_packets']} of unknown types",
+        f"errors   {errors['skipped_bytes']} bytes skipped, {errors['implausible_packets']} packets implausible, "
         f"{errors['reconnections']} reconnections",
     ]
 
@@ -89,11 +90,15 @@ def _state(state: RobotState, sonar_m: Mapping[int, float]) -> dict[str, Any]:
     }
 
 
-def _named(robot: Mapping[str, Any] | None, port: str) -> str:
+def _speed_of(robot: Mapping[str, Any] | None) -> str:
+    return "" if robot is None else f", {robot['baudrate']} baud"
+
+
+def _named(robot: Mapping[str, Any] | None) -> str:
     if robot is None:
-        return f"none at {port}"
+        return "none"
     firmware = f", firmware {robot['firmware']}" if robot["firmware"] else ""
-    return f"{robot['name']}: {robot['type']} {robot['subtype']}{firmware}, {port} at {robot['baudrate']} baud"
+    return f"{robot['name']}: {robot['type']} {robot['subtype']}{firmware}"
 
 
 def _state_in_words(state: Mapping[str, Any]) -> list[str]:
