@@ -88,6 +88,8 @@ class ScriptedLms2xx:
         kind = command[0]
         if kind == 0x31:
             return self._status()
+        if kind == 0x3A:
+            return b"\xbaLMS200;30106;V02.10 "
         if kind == 0x74:
             return b"\xf4" + bytes(self.block)
         if kind == 0x77:

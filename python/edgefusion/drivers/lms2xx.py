@@ -14,7 +14,7 @@ from edgefusion.drivers.link import Link, LinkError
 from edgefusion.drivers.lms2xx_line import LaserError, LaserLine
 from edgefusion.drivers.lms2xx_messages import POWER_ON, STOP, LaserStatus
 from edgefusion.drivers.lms2xx_scan import SCAN, parse_scan, range_mask
-from edgefusion.drivers.lms2xx_setup import difference, set_speed, set_up, start_stream
+from edgefusion.drivers.lms2xx_setup import difference, read_model, set_speed, set_up, start_stream
 from edgefusion.drivers.lms2xx_status import COMPONENT, health_of
 from edgefusion.drivers.lms2xx_telegram import Received
 from edgefusion.drivers.lms2xx_timing import first_byte_ns, stamped
@@ -44,6 +44,7 @@ class Lms2xx:
         self._answer_s = answer_s
         self._line = LaserLine(link, clock, pause)
         self._status: LaserStatus | None = None
+        self._model = ""
         self._health = Health(COMPONENT, HealthState.STARTING, "not started")
 
     @property
@@ -56,12 +57,18 @@ class Lms2xx:
         """What the scanner said of itself at the start; None before."""
         return self._status
 
+    @property
+    def model(self) -> str:
+        """What the scanner calls itself; empty before the start, and where it does not say."""
+        return self._model
+
     def start(self) -> None:
         """From any state to streaming. Raises LinkError, RefusedError for what the scanner does not take."""
         try:
             self._link.open()
             status = set_up(self._line, self._config, self._answer_s)
             range_mask(status.measuring_mode)
+            self._model = read_model(self._line, self._answer_s)
             start_stream(self._line, self._config, self._answer_s)
         except (LinkError, RefusedError) as error:
             raise self._failed(error) from None

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from edgefusion.drivers.lms2xx_scan import Variant
 from edgefusion.errors import RefusedError
 
-STATUS, GET_CONFIGURATION = b"\x31", b"\x74"
+STATUS, TYPE, GET_CONFIGURATION = b"\x31", b"\x3a", b"\x74"
 STREAM_ALL, STREAM_PARTIAL, STOP = b"\x20\x24", b"\x20\x2a", b"\x20\x25"
 INSTALLATION_MODE = b"\x20\x00SICK_LMS"
 SPEEDS = {9600: b"\x20\x42", 19200: b"\x20\x41", 38400: b"\x20\x40", 500000: b"\x20\x48"}
@@ -47,6 +47,11 @@ def parse_status(payload: bytes) -> LaserStatus:
         raise RefusedError(f"status: expected more than {_STATUS_UNIT_AT + 1} bytes, got {len(payload)}")
     angle, resolution = (int.from_bytes(payload[at : at + 2], "little") for at in (_ANGLE_AT, _ANGLE_AT + 2))
     return LaserStatus(payload[_STATUS_MODE_AT], Variant(angle, resolution), payload[_STATUS_UNIT_AT], payload[-1])
+
+
+def parse_type(payload: bytes) -> str:
+    """Of the answer to TYPE: as "LMS200;30106;V02.10"."""
+    return payload[1:-1].decode("latin-1").strip("\0 ")
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,13 @@ from edgefusion.drivers.lms2xx_messages import (
     STOP,
     STREAM_ALL,
     STREAM_PARTIAL,
+    TYPE,
     LaserStatus,
     check_mode_reply,
     check_set_reply,
     parse_configuration,
     parse_status,
+    parse_type,
     set_variant,
 )
 from edgefusion.drivers.lms2xx_scan import Variant
@@ -72,6 +74,14 @@ def set_up(line: LaserLine, config: LaserConfig, answer_s: float) -> LaserStatus
     if config.write_eeprom:
         _write_where_it_differs(line, config, answer_s)
     return parse_status(line.ask(STATUS, answer_s))
+
+
+def read_model(line: LaserLine, answer_s: float) -> str:
+    """What it calls itself; empty where it does not say. Raises LinkError for a line that is lost."""
+    try:
+        return parse_type(line.ask(TYPE, answer_s, tries=1))
+    except LaserError:
+        return ""
 
 
 def start_stream(line: LaserLine, config: LaserConfig, answer_s: float) -> None:

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Scans as they come: as text, as lines of JSON, as a plot in the terminal or in a file."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Callable
+
+import numpy as np
+
+from edgefusion.drivers.lms2xx import Lms2xx
+from edgefusion.tools.scan_plot import scan_lines, scan_picture
+from edgefusion.types import Scan
+
+_REDRAWN_S = 0.5
+_UNITS = {0: "cm", 1: "mm"}
+
+
+class LaserWatch:
+    """png: where the last scan is drawn into. live: whether a plot is drawn anew in the terminal."""
+
+    def __init__(self, png: Path | None, as_json: bool, live: bool) -> None:
+        self._png, self._json, self._live = png, as_json, live
+        self._last: Scan | None = None
+        self._first_ns = 0
+        self._count = 0
+        self._drawn_lines = 0
+        self._drawn_s = -math.inf
+        self._health = ""
+
+    def begin(self, laser: Lms2xx, baudrate: int) -> None:
+        """What is connected."""
+        status = laser.status
+        if self._json or status is None:
+            return
+        variant = status.variant
+        unit = _UNITS.get(status.unit, "?")
+        print(f"type:    {laser.model or 'it does not say'}")
+        print(f"speed:   {baudrate} baud")
+        print(f"scan:    {variant.angle} degrees, every {variant.resolution / 100:g}")
+        print(f"ranges:  measuring mode {status.measuring_mode}, in {unit}")
+        print(f"health:  {_said(laser)}", flush=True)
+
+    def show(self, scan: Scan, laser: Lms2xx, now_s: float) -> None:
+        """The newest scan."""
+        self._count += 1
+        if self._last is None:
+            self._first_ns = scan.stamp_ns
+        self._last = scan
+        if self._json:
+            print(_as_json(scan, laser), flush=True)
+        elif self._live and now_s - self._drawn_s >= _REDRAWN_S:
+            self._drawn_s = now_s
+            self._draw(scan, laser)
+
+    def end(self) -> None:
+        """What there was in all. The picture, where one is wanted."""
+        if self._last is None:
+            return
+        if self._live and not self._drawn_lines:
+            print("\n".join(scan_lines(self._last)))
+        if self._png is not None:
+            scan_picture(self._last, self._png)
+            print(f"picture: {self._png}")
+        if not self._json:
+            print(self._summary())
+
+    @property
+    def rate_hz(self) -> float:
+        """Scans a second, so far; 0 before the second."""
+        span_ns = 0 if self._last is None else self._last.stamp_ns - self._first_ns
+        return (self._count - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
+
+    def _draw(self, scan: Scan, laser: Lms2xx) -> None:
+        lines = [*scan_lines(scan), f"{self._summary()}; {_said(laser)}"]
+        up = f"\033[{self._drawn_lines}A" if self._drawn_lines else ""
+        sys.stdout.write(up + "".join(f"\033[2K{line}\n" for line in lines))
+        sys.stdout.flush()
+        self._drawn_lines = len(lines)
+
+    def _summary(self) -> str:
+        scan = self._last
+        if scan is None:
+            return "no scan"
+        seen = np.isfinite(scan.ranges_m)
+        nearest = f"nearest {scan.ranges_m[seen].min():.2f} m" if seen.any() else "nothing near"
+        rate = f"{self.rate_hz:.1f} Hz, " if self.rate_hz else ""
+        free, unknown = int(np.isposinf(scan.ranges_m).sum()), int(np.isnan(scan.ranges_m).sum())
+        return f"scans:   {self._count}, {rate}{len(seen)} beams: {free} free, {unknown} unknown, {nearest}"
+
+
+def watch(
+    laser: Lms2xx, shown: LaserWatch, scans: int | None, seconds: float | None, clock: Callable[[], float]
+) -> None:
+    """Until so many scans have come, or so long has passed. Raises LinkError."""
+    begin_s = clock()
+    while True:
+        for scan in laser.read():
+            shown.show(scan, laser, clock())
+            if scans is not None:
+                scans -= 1
+                if scans == 0:
+                    return
+        if seconds is not None and clock() - begin_s >= seconds:
+            return
+
+
+def _said(laser: Lms2xx) -> str:
+    health = laser.health
+    return f"{health.state.value}: {health.reason}" if health.reason else health.state.value
+
+
+def _as_json(scan: Scan, laser: Lms2xx) -> str:
+    """inf as null would hide that a beam is free: it is written as a string, as NaN is."""
+    ranges = [round(float(r), 3) if math.isfinite(r) else str(float(r)) for r in scan.ranges_m]
+    return json.dumps(
+        {
+            "stamp_ns": scan.stamp_ns,
+            "angle_min": scan.angle_min,
+            "angle_increment": scan.angle_increment,
+            "range_max_m": round(scan.range_max_m, 3),
+            "health": _said(laser),
+            "ranges_m": ranges,
+        }
+    )

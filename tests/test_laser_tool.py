@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""`edgefusion laser`, as a user starts it, on a simulated scanner's port."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from edgefusion.cli import main
+from edgefusion.sim.laser import LaserSpec, SimLaser
+from edgefusion.sim.lms_scanner import LmsScanner
+from edgefusion.sim.wire_pty import PtyWire
+from edgefusion.sim.wire_server import WireServer
+from edgefusion.tools.scan_plot import COLUMNS, ROWS, scan_lines
+from edgefusion.types import Pose2D, Scan
+
+ROOM = np.array([[3, -3, 3, 3], [3, 3, -3, 3], [-3, 3, -3, -3], [-3, -3, 3, -3]], float)
+
+
+@contextmanager
+def scanner(**how):
+    """The port of a simulated scanner in a room of 6 m."""
+    rng = np.random.default_rng(0)
+
+    def scan_at(stamp_ns: int, spec: LaserSpec) -> Scan:
+        return SimLaser(spec).scan(stamp_ns, ROOM, lambda ns: Pose2D(), rng)[0]
+
+    wire, over = PtyWire(), threading.Event()
+    server = WireServer([(LmsScanner(scan_at, time.monotonic_ns(), **how), (wire,))])
+
+    def pump() -> None:
+        while not over.is_set():
+            server.pump(time.monotonic_ns())
+            over.wait(0.002)
+
+    thread = threading.Thread(target=pump)
+    thread.start()
+    try:
+        yield wire.name
+    finally:
+        over.set()
+        thread.join()
+        wire.close()
+
+
+def said(*options: object) -> str:
+    command = [sys.executable, "-m", "edgefusion.cli", "laser", *map(str, options)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    return done.stdout
+
+
+def test_it_says_what_is_connected_and_what_it_sees(tmp_path: Path) -> None:
+    with scanner(left_at=19200) as port:
+        lines = said(port, "--once", "--png", tmp_path / "scan.png").splitlines()
+    assert lines[:4] == [
+        "type:    LMS200;30106;V02.10",
+        "speed:   38400 baud",
+        "scan:    180 degrees, every 0.5",
+        "ranges:  measuring mode 0, in mm",
+    ]
+    assert lines[4] == "health:  ok" and "361 beams" in lines[-1] and "nearest 2.9" in lines[-1]
+    picture = cv2.imread(str(tmp_path / "scan.png"))
+    assert picture is not None and (picture != 255).any()
+
+
+def test_as_json_each_scan_is_a_line() -> None:
+    with scanner() as port:
+        lines = said(port, "--json", "--baudrate", 500000, "--beams", 181, "--seconds", 0.5).splitlines()
+    scans = [json.loads(line) for line in lines]
+    assert len(scans) > 10 and all(len(scan["ranges_m"]) == 181 for scan in scans)
+    assert scans[0]["ranges_m"][90] == pytest.approx(3.0, abs=0.1) or scans[0]["ranges_m"][90] == "nan"
+    assert sorted(scan["stamp_ns"] for scan in scans) == [scan["stamp_ns"] for scan in scans]
+
+
+def test_a_port_that_is_held_is_refused_with_the_holders_name() -> None:
+    with scanner() as port:
+        holder = subprocess.Popen(
+            [sys.executable, "-m", "edgefusion.cli", "laser", port, "--json"], stdout=subprocess.PIPE, text=True
+        )
+        with holder:
+            assert holder.stdout is not None and holder.stdout.readline()
+            second = subprocess.run(
+                [sys.executable, "-m", "edgefusion.cli", "laser", port], capture_output=True, text=True, check=False
+            )
+            holder.terminate()
+    assert second.returncode == 2
+    assert f"{port}: expected a free port, it is held by edgefusion laser (pid {holder.pid})" in second.stderr
+
+
+def test_where_no_scanner_is_it_says_so_with_exit_code_1(capsys) -> None:
+    assert main(["laser", "/dev/nothing-here"]) == 1
+    assert capsys.readouterr().err.startswith("edgefusion: /dev/nothing-here: cannot be opened")
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (["--seconds", "0"], "--seconds 0: expected more than 0"),
+        (["--png", "x.jpg"], "expected a name that ends in .png"),
+    ],
+)
+def test_what_it_cannot_do_is_refused(options: list[str], why: str, capsys) -> None:
+    assert main(["laser", "/dev/null", *options]) == 2
+    assert why in capsys.readouterr().err
+
+
+def test_the_plot_puts_what_is_ahead_above_and_what_is_left_to_the_left() -> None:
+    def lines(bearing: float) -> list[str]:
+        ranges = np.full(361, np.inf, np.float32)
+        ranges[round((math.degrees(bearing) + 90) * 2)] = 0.9
+        return scan_lines(Scan(0, ranges, -math.pi / 2, math.radians(0.5)))
+
+    def where(plot: list[str]) -> tuple[int, int]:
+        (at,) = [(r, c) for r, line in enumerate(plot[:-1]) for c, sign in enumerate(line) if ord(sign) > 0x2800]
+        return at
+
+    assert len(lines(0.0)) == ROWS + 1 and len(lines(0.0)[0]) == COLUMNS
+    assert where(lines(0.0)) == (2, COLUMNS // 2)
+    row, column = where(lines(math.pi / 2 - 0.01))
+    assert row == ROWS - 1 and column < 5
+    assert where(lines(-math.pi / 2 + 0.01))[1] > COLUMNS - 6
