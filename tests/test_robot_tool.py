@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""`edgefusion robot`: what it shows, how its keys drive, and that it leaves a robot that was told to stop."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from edgefusion.cli import main
+from edgefusion.drivers.link import Link
+from edgefusion.drivers.sip_command import Command
+from edgefusion.tools.robot_keys import HELD_NS, Keys
+from edgefusion.tools.robot_report import in_words
+from edgefusion.tools.robot_watch import RobotWatch
+from edgefusion.types import Twist2D
+from pioneer_scenes import MakeScene, SimulatedPioneer, scene
+from served_pioneer import ServedPioneer
+
+__all__ = ["scene"]
+MS = 1_000_000
+COMMAND = [sys.executable, "-m", "edgefusion.cli", "robot"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "way"),
+    [
+        *((b"w", (1, 0)), (b"S", (-1, 0)), (b"a", (0, 1)), (b"D", (0, -1))),
+        *((b"\x1b[A", (1, 0)), (b"\x1b[B", (-1, 0)), (b"\x1bOD", (0, 1)), (b"\x1b[C", (0, -1))),
+        *((b"w ", (0, 0)), (b"wx", (0, 0)), (b"wa", (0, 1))),
+    ],
+)
+def test_each_key_has_its_way_and_any_other_stops(typed: bytes, way: tuple[int, int]) -> None:
+    keys = Keys(0.2, 0.5)
+    keys.press(typed, 0)
+    assert keys.twist(0) == Twist2D(0.2 * way[0], 0.5 * way[1])
+
+
+def test_a_key_that_is_not_repeated_was_let_go() -> None:
+    keys = Keys(0.2, 0.5)
+    keys.press(b"w", 0)
+    assert keys.twist(HELD_NS - 1) == Twist2D(0.2)
+    keys.press(b"w", HELD_NS - 1)
+    assert keys.twist(2 * HELD_NS - 2) == Twist2D(0.2)
+    assert keys.twist(2 * HELD_NS) == Twist2D()
+    assert keys.twist(2 * HELD_NS + 1) == Twist2D()
+
+
+@given(pieces=st.lists(st.binary(max_size=4)))
+def test_whatever_is_typed_the_speed_is_within_what_was_asked_for(pieces: list[bytes]) -> None:
+    keys = Keys(0.2, 0.5)
+    for piece in pieces:
+        keys.press(piece, 0)
+        assert abs(keys.twist(0).v_mps) in (0, 0.2)
+        assert abs(keys.twist(0).w_radps) in (0, 0.5)
+
+
+def test_an_arrow_may_come_in_pieces() -> None:
+    keys = Keys(0.2, 0.5)
+    for byte in b"\x1b[A":
+        keys.press(bytes([byte]), 0)
+    assert keys.twist(0) == Twist2D(0.2)
+
+
+def test_keys_drive_stop_and_switch_the_motors(scene: MakeScene) -> None:
+    made, keys = scene(SimulatedPioneer()), Keys(0.2, 0.5)
+    watch = RobotWatch("port", made.driver, keys, made.clock)
+    watch.begin()
+    for _ in range(30):
+        keys.press(b"w", made.clock())
+        watch.turn()
+    assert made.robot.body.twist.v_mps == pytest.approx(0.2, abs=0.06)
+    let_go_ns = made.clock()
+    while watch.facts()["state"]["speed_mps"] > 0 or made.clock() < let_go_ns + 500 * MS:
+        watch.turn()
+    zeros = [ns for ns, told in made.robot.firmware.heard if ns > let_go_ns and told.number == Command.STOP]
+    assert zeros[0] - let_go_ns <= HELD_NS + 20 * MS
+    keys.press(b"m", made.clock())
+    for _ in range(20):
+        watch.turn()
+    assert watch.facts()["state"]["motors_enabled"] is False
+
+
+def test_a_robot_that_was_lost_is_found_again_and_counted(scene: MakeScene) -> None:
+    made = scene(SimulatedPioneer())
+    watch = RobotWatch("port", made.driver, None, made.clock)
+    watch.begin()
+    made.line.plugged = False
+    for _ in range(3):
+        assert not watch.turn()
+        made.line.pause(2.0)
+    told = watch.facts()
+    assert (told["robot"], told["state"], told["health"]["state"]) == (None, None, "failed")
+    assert len(in_words(told)) == 11
+    made.line.plugged = True
+    while not (watch.turn() and watch.has_state):
+        pass
+    assert watch.facts()["errors"]["reconnections"] == 1
+
+
+def test_a_robot_is_told_of_in_lines_that_fit_a_terminal(scene: MakeScene) -> None:
+    made = scene(SimulatedPioneer())
+    made.robot.body.echoes = {3: 1.234, 8: 0.5}
+    made.robot.body.bumpers = ((False, True, False, False, False), (False,) * 5)
+    watch = RobotWatch("/dev/ttyUSB0", made.driver, None, made.clock)
+    watch.begin()
+    for _ in range(100):
+        watch.turn()
+    lines = in_words(watch.facts())
+    assert lines[:6] == [
+        "port     /dev/ttyUSB0, 38400 baud",
+        "robot    Simulated_1: Pioneer p3dx-sh, firmware S.0",
+        "health   failed: bumped: front 2",
+        "battery  13.0 V, not charging",
+        "flags    motors on, front bumper 2",
+        "pose     x 0.000 m, y 0.000 m, 0.0 degrees",
+    ]
+    assert lines[7] == "front      far   far   far  1.23   far   far   far   far"
+    assert lines[8].startswith("rear      0.50")
+    assert max(map(len, lines)) < 80
+
+
+def test_once_tells_it_once_and_leaves_the_motors_as_they_are(tmp_path: Path, capsys) -> None:
+    with ServedPioneer(tmp_path / "port") as served:
+        assert main(["robot", served.port, "--once", "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert told["robot"]["subtype"] == "p3dx-sh"
+        assert told["state"]["motors_enabled"] is False
+        assert told["packets_per_s"] > 5
+        assert (Command.ENABLE, 1) not in served.told()
+
+
+class Terminal:
+    """`edgefusion robot` in a terminal of the test's own."""
+
+    def __init__(self, port: str) -> None:
+        self.end, inside = pty.openpty()
+        self.process = subprocess.Popen([*COMMAND, port], stdin=inside, stdout=inside, stderr=inside)
+        os.close(inside)
+        self.shown = b""
+
+    def until(self, done: Callable[[], bool], typed: bytes = b"", within_s: float = 20.0) -> None:
+        """Types again and again until something is so."""
+        end_s = time.monotonic() + within_s
+        while not done():
+            assert time.monotonic() < end_s, self.shown.decode()[-1500:]
+            if typed:
+                os.write(self.end, typed)
+            if select.select([self.end], [], [], 0.05)[0]:
+                self.shown += os.read(self.end, 65536)
+
+    def code(self) -> int:
+        """Of its end."""
+        try:
+            while os.read(self.end, 65536):
+                pass
+        except OSError:  # it has closed it
+            pass
+        os.close(self.end)
+        return self.process.wait()
+
+
+@pytest.mark.parametrize(("how", "code"), [("q", 0), ("SIGTERM", 0), ("SIGINT", 130)])
+def test_in_a_terminal_it_drives_and_however_it_ends_the_robot_is_told_to_stop(
+    tmp_path: Path, how: str, code: int
+) -> None:
+    with ServedPioneer(tmp_path / "port") as served:
+        terminal = Terminal(served.port)
+        terminal.until(lambda: b"motors on" in terminal.shown)
+        terminal.until(lambda: (Command.VEL, 200) in served.told(), b"w")
+        if how == "q":
+            os.write(terminal.end, b"q")
+        else:
+            terminal.process.send_signal(getattr(signal, how))
+        assert terminal.code() == code
+        time.sleep(0.1)
+        last = [number for number, _ in served.told()[-5:]]
+        assert [n for n in last if n != Command.ENABLE][-4:] == [
+            Command.STOP,
+            Command.VEL,
+            Command.RVEL,
+            Command.CLOSE,
+        ]
+
+
+def test_a_port_that_another_holds_is_refused_with_its_name(tmp_path: Path) -> None:
+    port = tmp_path / "port"
+    with ServedPioneer(port):
+        link = Link(str(port), 9600, "the first")
+        link.open()
+        done = subprocess.run([*COMMAND, str(port), "--once"], capture_output=True, text=True, timeout=20)
+        link.close()
+    assert done.returncode == 2
+    assert f"held by the first (pid {os.getpid()})" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (["/dev/no-such-robot"], 1, "/dev/no-such-robot: cannot be opened"),
+        (["/dev/x", "--speed", "0"], 2, "--speed: expected more than 0, got 0"),
+        (["/dev/x", "--turn-rate", "nan"], 2, "--turn-rate: expected more than 0, got nan"),
+        (["/dev/x", "--config", "/none.toml"], 2, "/none.toml: cannot be read"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_line(arguments: list[str], code: int, said: str, capsys) -> None:
+    assert main(["robot", *arguments]) == code
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
