@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from contextlib import suppress
 from typing import Callable
@@ -11,13 +12,14 @@ from typing import Callable
 from edgefusion.clock import Clock, system_clock
 from edgefusion.config.laser import LaserConfig
 from edgefusion.drivers.link import Link, LinkError
+from edgefusion.drivers.lms2xx_judgement import Judgement
 from edgefusion.drivers.lms2xx_line import LaserError, LaserLine
 from edgefusion.drivers.lms2xx_messages import POWER_ON, STOP, LaserStatus
 from edgefusion.drivers.lms2xx_scan import SCAN, parse_scan, range_mask
 from edgefusion.drivers.lms2xx_setup import difference, read_model, set_speed, set_up, start_stream
 from edgefusion.drivers.lms2xx_status import COMPONENT, health_of
-from edgefusion.drivers.lms2xx_telegram import Received
-from edgefusion.drivers.lms2xx_timing import first_byte_ns, stamped
+from edgefusion.drivers.lms2xx_telegram import FRAME_BYTES, Received
+from edgefusion.drivers.lms2xx_timing import first_byte_ns, scan_age_limit_s, silence_limit_s, stamped
 from edgefusion.errors import RefusedError
 from edgefusion.types import Health, HealthState, Scan
 
@@ -45,6 +47,7 @@ class Lms2xx:
         self._line = LaserLine(link, clock, pause)
         self._status: LaserStatus | None = None
         self._model = ""
+        self._judgement = Judgement()
         self._health = Health(COMPONENT, HealthState.STARTING, "not started")
 
     @property
@@ -62,21 +65,30 @@ class Lms2xx:
         """What the scanner calls itself; empty before the start, and where it does not say."""
         return self._model
 
+    @property
+    def scan_age_limit_s(self) -> float | None:
+        """So old the newest scan may get while all is well; None before the start."""
+        return None if self._status is None else scan_age_limit_s(*self._pace(self._status))
+
     def start(self) -> None:
         """From any state to streaming. Raises LinkError, RefusedError for what the scanner does not take."""
         try:
             self._link.open()
+            self._link.expect_within(math.inf)  # an answer has its own deadline
             status = set_up(self._line, self._config, self._answer_s)
             range_mask(status.measuring_mode)
             self._model = read_model(self._line, self._answer_s)
             start_stream(self._line, self._config, self._answer_s)
+            self._judgement = Judgement()
+            self._link.expect_within(silence_limit_s(*self._pace(status)))
         except (LinkError, RefusedError) as error:
             raise self._failed(error) from None
         self._status = status
         self._health = self._health_with(status.status)
 
-    def read(self) -> list[Scan]:
-        """The scans that came within 20 ms, in the laser's frame; what is no scan of this scanner is not among them.
+    def read(self, moving: bool = False) -> list[Scan]:
+        """The scans that came within 20 ms, in the laser's frame; what is no scan of this scanner is not among them,
+        nor one that is not to be driven by: the health says why. moving: whether the robot's wheels turn.
 
         Raises LinkError where the line is lost or the scanner started anew, as after a dip of its power.
         """
@@ -84,7 +96,7 @@ class Lms2xx:
             raise LaserError(f"{self._link.name}: expected start() before read()")
         try:
             found, now_ns = self._line.receive()
-            return [scan for item in found for scan in self._scans(item, self._status.measuring_mode, now_ns)]
+            return [scan for item in found for scan in self._scans(item, self._status, now_ns, moving)]
         except LinkError as error:
             raise self._failed(error) from None
 
@@ -98,7 +110,7 @@ class Lms2xx:
         self._status = None
         self._health = Health(COMPONENT, HealthState.STARTING, "not started")
 
-    def _scans(self, item: Received, measuring_mode: int, now_ns: int) -> list[Scan]:
+    def _scans(self, item: Received, status: LaserStatus, now_ns: int, moving: bool) -> list[Scan]:
         if item.handshake is not None:
             return []
         if item.payload[0] == POWER_ON:
@@ -110,9 +122,18 @@ class Lms2xx:
         except RefusedError as error:
             self._health = Health(COMPONENT, HealthState.DEGRADED, str(error))
             return []
-        self._health = self._health_with(raw.status)
         first_ns = first_byte_ns(now_ns, item.begin, self._line.reader.received_bytes, self._link.baudrate)
-        return [stamped(raw, measuring_mode, first_ns)]
+        scan = stamped(raw, status.measuring_mode, first_ns)
+        self._judgement.line.telegram(len(item.payload) + FRAME_BYTES, self._line.reader.discarded_bytes)
+        fault = self._judgement.fault(raw.values.tobytes(), scan.ranges_m, now_ns, moving)
+        self._health = Health(COMPONENT, HealthState.FAILED, fault) if fault else self._health_with(raw.status)
+        return [] if fault else [scan]
+
+    def _pace(self, status: LaserStatus) -> tuple[int, int, int]:
+        """Beams and mirror turns of what it sends, and the speed of its line."""
+        angle, turns = status.variant.angle, status.variant.turns
+        partial = self._config.partial_scans
+        return angle * (1 if partial else turns) + 1, 1 if partial else turns, self._link.baudrate
 
     def _health_with(self, status: int) -> Health:
         health = health_of(status)

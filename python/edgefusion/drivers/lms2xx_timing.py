@@ -17,6 +17,9 @@ TURN_NS = 13_333_333
 """The mirror makes 75 turns a second."""
 
 _BITS_PER_BYTE = 10
+_PERIODS, _SLACK_S, _LEAST_SILENCE_S = 2.5, 0.05, 0.15
+_SCAN_BYTES = 10
+"""Of a scan telegram, beside its values."""
 
 
 def line_ns(size: int, baud: int) -> int:
@@ -24,6 +27,23 @@ def line_ns(size: int, baud: int) -> int:
     if baud < 1:
         raise RefusedError(f"baud: expected at least 1, got {baud}")
     return size * _BITS_PER_BYTE * 1_000_000_000 // baud
+
+
+def scan_period_s(beams: int, turns: int, baud: int) -> float:
+    """From scan to scan: as fast as the mirror or the line, whichever is slower."""
+    return max(turns * TURN_NS, line_ns(_SCAN_BYTES + 2 * beams, baud)) / 1e9
+
+
+def silence_limit_s(beams: int, turns: int, baud: int) -> float:
+    """A line that was silent for longer has lost its scanner."""
+    return max(_LEAST_SILENCE_S, _PERIODS * scan_period_s(beams, turns, baud))
+
+
+def scan_age_limit_s(beams: int, turns: int, baud: int) -> float:
+    """The newest scan is never older while all is well: the way over the line, the sweep, and two scans that were
+    missed, with some slack."""
+    line_s = line_ns(_SCAN_BYTES + 2 * beams, baud) / 1e9
+    return line_s + turns * TURN_NS / 1e9 + _PERIODS * scan_period_s(beams, turns, baud) + _SLACK_S
 
 
 def first_byte_ns(received_ns: int, begin: int, received_bytes: int, baud: int) -> int:
