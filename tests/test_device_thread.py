@@ -120,7 +120,7 @@ def test_a_device_that_does_not_start_is_tried_ever_more_seldom_until_it_gives_s
         known = len(device.calls)
         hands.turns(1)
         tried_ns += [hands.clock()] * (device.calls[known:] == ["start"])
-    assert tried_ns == [0, 50 * MS, 150 * MS, 350 * MS, 750 * MS]
+    assert tried_ns == [0, 50 * MS, 150 * MS, 350 * MS, 600 * MS]
     device.polls = [LinkError("again")]
     hands.turns(1)
     lost_ns = hands.clock()
@@ -151,7 +151,7 @@ def test_a_port_that_another_instance_holds_is_told_apart(tmp_path) -> None:
     tty.setraw(slave)
     first, second = (Link(os.ttyname(slave), 9600, holder, lock_folder=tmp_path) for holder in ("first", "second"))
     first.open()
-    hands = Hands(LaserDevice(Lms2xx(second, LaserConfig())))
+    hands = Hands(LaserDevice(Lms2xx(second, LaserConfig()), lambda: False))
     hands.turns(1)
     assert "held by first (pid " in str(hands.thread.busy)
     assert hands.news.health.reason == str(hands.thread.busy)
@@ -200,7 +200,7 @@ def test_a_thread_in_the_middle_of_a_search_of_seconds_ends_at_once(kind: str, t
     tty.setraw(slave)
     link = EndableLink(os.ttyname(slave), 9600, lock_folder=tmp_path)
     robot = RobotDevice(Pioneer(link, PioneerConfig(), BaseConfig()))
-    device = robot if kind == "robot" else LaserDevice(Lms2xx(link, LaserConfig()))
+    device = robot if kind == "robot" else LaserDevice(Lms2xx(link, LaserConfig()), lambda: False)
     thread = DeviceThread(device, link.ending, lambda: None)
     thread.begin()
     assert os.read(master, 100)  # it searches

@@ -26,6 +26,7 @@ from edgefusion.drivers.lms2xx_messages import (
     set_variant,
 )
 from edgefusion.drivers.lms2xx_scan import Variant
+from edgefusion.drivers.lms2xx_timing import scan_age_limit_s
 from edgefusion.errors import RefusedError
 
 SEARCHED = (9600, 38400, 500000, 19200)
@@ -82,6 +83,12 @@ def read_model(line: LaserLine, answer_s: float) -> str:
         return parse_type(line.ask(TYPE, answer_s, tries=1))
     except LaserError:
         return ""
+
+
+def configured_age_limit_s(config: LaserConfig) -> float:
+    """The scan_age_limit_s of a scanner that is set up so."""
+    angle, turns = _VARIANTS[config.beams].angle, 1 if config.partial_scans else _VARIANTS[config.beams].turns
+    return scan_age_limit_s(angle * turns + 1, turns, config.baudrate)
 
 
 def start_stream(line: LaserLine, config: LaserConfig, answer_s: float) -> None:

@@ -11,7 +11,7 @@ from edgefusion.types import Health, HealthState, Twist2D
 
 COMPONENT = "robot"
 
-DISOBEYS_NS = 800_000_000
+DISOBEYS_NS = 700_000_000
 """For so long its wheels may do otherwise than told."""
 
 BATTERY_NS = 5_000_000_000
@@ -38,7 +38,7 @@ class _Axis:
         """Whether that is what it should be."""
         along = measured if self._expected >= 0 else -measured
         expected = abs(self._expected)
-        too_fast = abs(measured) > expected + max(2 * self._least, self._change)
+        too_fast = abs(measured) > expected + max(3 * self._least, self._change)
         return not too_fast and (expected < self._least or along >= _MOVES * expected)
 
 
@@ -47,8 +47,8 @@ class Judgement:
 
     def __init__(self, config: PioneerConfig, base: BaseConfig) -> None:
         self._config = config
-        self._v = _Axis(base.acceleration_mps2, 0.1)
-        self._w = _Axis(base.yaw_acceleration_radps2, 0.25)
+        self._v = _Axis(base.acceleration_mps2, 0.06)
+        self._w = _Axis(base.yaw_acceleration_radps2, 0.2)
         self._last: RobotState | None = None
         self._obeyed_ns = 0
         self._charged_ns: dict[float, int] = {}

@@ -17,7 +17,7 @@ from edgefusion.service.laser_device import LaserDevice, LaserDriver
 from edgefusion.service.requests import Requests
 from edgefusion.service.robot_device import RobotDevice, RobotDriver
 from edgefusion.service.wake import Wake
-from edgefusion.types import Goal, Scan
+from edgefusion.types import Goal, Scan, Twist2D
 
 JOIN_S = 2.0
 
@@ -52,7 +52,9 @@ class Base:
         self._cadence = Cadence(period_ns, clock, self._wake.wait)
         self._device = RobotDevice(robot)
         self._robot = DeviceThread(self._device, endings[0], self._wake, clock, pause)
-        self._laser: DeviceThread[Scan] = DeviceThread(LaserDevice(laser), endings[1], self._wake, clock, pause)
+        self._laser: DeviceThread[Scan] = DeviceThread(
+            LaserDevice(laser, self._moves), endings[1], self._wake, clock, pause
+        )
         self._ending = False
 
     @property
@@ -95,6 +97,10 @@ class Base:
                 thread.end()
             self._robot.join(JOIN_S)
             self._laser.join(JOIN_S)
+
+    def _moves(self) -> bool:
+        report = self._robot.news.newest
+        return report is not None and report.state.twist != Twist2D()
 
     def _cycle(self) -> None:
         now_ns = self._cadence.next()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from edgefusion.config import Config
 from edgefusion.drivers.lms2xx import POWER_ON_BAUD, Lms2xx
+from edgefusion.drivers.lms2xx_setup import configured_age_limit_s
 from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.service.base import Base, Watcher, nobody
 from edgefusion.service.base_loop import BaseLoop
@@ -24,7 +25,7 @@ def open_base(
     robot_link = EndableLink(robot_port, config.robot.baudrates[0], HOLDER, lock_folder=lock_folder)
     laser_link = EndableLink(laser_port, POWER_ON_BAUD, HOLDER, lock_folder=lock_folder)
     return Base(
-        BaseLoop(config),
+        BaseLoop(config, configured_age_limit_s(config.laser)),
         Pioneer(robot_link, config.robot, config.base),
         Lms2xx(laser_link, config.laser),
         (robot_link.ending, laser_link.ending),

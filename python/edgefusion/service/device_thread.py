@@ -22,6 +22,9 @@ from edgefusion.types import Health, HealthState
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
+LONGEST_PAUSE_NS = 250_000_000
+"""Before a device is started again. To look for a port costs nothing, and one that does not answer takes its time."""
+
 _IDLE_S = 0.01
 _LOG = logging.getLogger(__name__)
 
@@ -62,7 +65,7 @@ class DeviceThread(Generic[T]):
         self._device, self._ending, self._wake = device, ending, wake
         self._clock, self._pause = clock, pause
         self._name = device.health.component
-        self._backoff = Backoff()
+        self._backoff = Backoff(longest_ns=LONGEST_PAUSE_NS)
         self._started = False
         self.busy: PortBusyError | None = None
         self._news: DeviceNews[T] = DeviceNews(device.health)

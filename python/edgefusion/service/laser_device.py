@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol, Sequence
+from typing import Callable, Protocol, Sequence
 
 from edgefusion.types import Health, Scan
 
@@ -17,16 +17,16 @@ class LaserDriver(Protocol):
 
     def start(self) -> None: ...
 
-    def read(self) -> list[Scan]: ...
+    def read(self, moving: bool = False) -> list[Scan]: ...
 
     def close(self) -> None: ...
 
 
 class LaserDevice:
-    """All of it is the thread's."""
+    """All of it is the thread's. moving: whether the robot's wheels turn: then no two scans are the same."""
 
-    def __init__(self, driver: LaserDriver) -> None:
-        self._driver = driver
+    def __init__(self, driver: LaserDriver, moving: Callable[[], bool]) -> None:
+        self._driver, self._moving = driver, moving
 
     @property
     def health(self) -> Health:
@@ -36,7 +36,7 @@ class LaserDevice:
         self._driver.start()
 
     def poll(self) -> Sequence[Scan]:
-        return self._driver.read()
+        return self._driver.read(self._moving())
 
     def close(self) -> None:
         self._driver.close()
