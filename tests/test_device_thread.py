@@ -245,9 +245,9 @@ class Driver:
         self.told.append("close")
 
 
-def started() -> tuple[Driver, RobotDevice, int]:
+def started(clock: SimClock | None = None) -> tuple[Driver, RobotDevice, int]:
     driver = Driver()
-    device = RobotDevice(driver)
+    device = RobotDevice(driver, clock or SimClock())
     device.start()
     driver.reports = [driver.health]
     (report,) = device.poll()
@@ -257,8 +257,8 @@ def started() -> tuple[Driver, RobotDevice, int]:
 
 def test_the_newest_command_is_handed_to_the_driver_once() -> None:
     driver, device, session = started()
-    device.drive(Twist2D(0.1, 0), session)
-    device.drive(GO, session)
+    device.drive(0, Twist2D(0.1, 0), session)
+    device.drive(0, GO, session)
     for _ in range(3):
         device.poll()
     assert driver.told == [GO]
@@ -266,30 +266,42 @@ def test_the_newest_command_is_handed_to_the_driver_once() -> None:
 
 def test_a_command_of_before_a_start_moves_nothing_after_it() -> None:
     driver, device, session = started()
-    device.drive(GO, session)
+    device.drive(0, GO, session)
     device.start()
-    device.drive(GO, session)
+    device.drive(0, GO, session)
     device.poll()
     assert driver.told == ["start"]
-    device.drive(GO, session + 1)
+    device.drive(0, GO, session + 1)
     device.poll()
     assert driver.told == ["start", GO]
+
+
+def test_a_command_that_has_grown_old_before_it_could_be_handed_over_is_not() -> None:
+    clock = SimClock()
+    driver, device, session = started(clock)
+    device.drive(0, GO, session)
+    clock.advance(301 * MS)  # as in a process that is halted for a while
+    device.poll()
+    assert driver.told == []
+    device.drive(1 * MS, GO, session)
+    device.poll()
+    assert driver.told == [GO]
 
 
 def test_a_report_by_which_it_must_not_be_driven_is_answered_by_a_stop_whatever_is_commanded() -> None:
     driver, device, session = started()
     well, bumped = driver.health, Health("robot", HealthState.FAILED, "bumped: front 1")
     driver.reports = [bumped, bumped]
-    device.drive(GO, session)
+    device.drive(0, GO, session)
     device.poll()
-    device.drive(GO, session)
+    device.drive(0, GO, session)
     device.poll()
-    device.drive(GO, session)
+    device.drive(0, GO, session)
     device.poll()  # without a report: nothing new
     assert driver.told == ["stop", "stop"]
     driver.reports = [well]
     device.poll()
-    device.drive(GO, session)
+    device.drive(0, GO, session)
     device.poll()
     assert driver.told == ["stop", "stop", GO]
 

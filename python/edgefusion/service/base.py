@@ -50,7 +50,7 @@ class Base:
         self._wake = Wake()
         self._requests = Requests(self._wake)
         self._cadence = Cadence(period_ns, clock, self._wake.wait)
-        self._device = RobotDevice(robot)
+        self._device = RobotDevice(robot, clock)
         self._robot = DeviceThread(self._device, endings[0], self._wake, clock, pause)
         self._laser: DeviceThread[Scan] = DeviceThread(
             LaserDevice(laser, self._moves), endings[1], self._wake, clock, pause
@@ -112,5 +112,5 @@ class Base:
         if outputs.enable_motors:
             self._device.enable_motors()
         if outputs.session is not None:
-            self._device.drive(outputs.command, outputs.session)
+            self._device.drive(outputs.stamp_ns, outputs.command, outputs.session)
         self._watcher(outputs)

@@ -5,11 +5,13 @@
 from __future__ import annotations
 
 import threading
-from typing import NamedTuple, Protocol, Sequence
+from typing import NamedTuple, Protocol, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
+from edgefusion.clock import Clock, system_clock
+from edgefusion.drivers.pioneer_motion import MAX_AGE_NS
 from edgefusion.drivers.pioneer_sonar import SonarRing
 from edgefusion.drivers.pioneer_state import RobotState
 from edgefusion.types import Health, HealthState, Twist2D
@@ -45,14 +47,15 @@ class RobotDriver(Protocol):
 class RobotDevice:
     """drive() and enable_motors() are anybody's, the rest is the thread's.
 
-    A command is handed to the driver once: where no new one comes, the driver itself stops the robot after 0.3 s. A
-    report by which the robot must not be driven is answered by a stop at once, without asking the loop.
+    A command is handed to the driver once, and not when it is old, as in a process that was halted: where no new one
+    comes, the driver itself stops the robot after 0.3 s. A report by which the robot must not be driven is answered by
+    a stop at once, without asking the loop.
     """
 
-    def __init__(self, driver: RobotDriver) -> None:
-        self._driver = driver
+    def __init__(self, driver: RobotDriver, clock: Clock = system_clock) -> None:
+        self._driver, self._clock = driver, clock
         self._lock = threading.Lock()
-        self._command: Twist2D | None = None
+        self._command: Tuple[int, Twist2D] | None = None
         self._enable = False
         self._session = 0
         self._ring = SonarRing()
@@ -61,12 +64,12 @@ class RobotDevice:
     def health(self) -> Health:
         return self._driver.health
 
-    def drive(self, twist: Twist2D, session: int) -> None:
-        """To be sent within 20 ms. session: of the report that it rests on; it does not move a robot that was started
-        anew since."""
+    def drive(self, stamp_ns: int, twist: Twist2D, session: int) -> None:
+        """To be sent within 20 ms. stamp_ns: when it was worked out. session: of the report that it rests on; it does
+        not move a robot that was started anew since."""
         with self._lock:
             if session == self._session:
-                self._command = twist
+                self._command = stamp_ns, twist
 
     def enable_motors(self) -> None:
         """Where somebody has switched them off; nothing moves by that."""
@@ -93,8 +96,8 @@ class RobotDevice:
                 self._driver.stop()
         if enable:
             self._driver.enable_motors()
-        if command is not None:
-            self._driver.drive(command)
+        if command is not None and self._clock() - command[0] <= MAX_AGE_NS:
+            self._driver.drive(command[1])
         return reports
 
     def close(self) -> None:
