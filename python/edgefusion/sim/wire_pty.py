@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import select
 import termios
 import tty
 from contextlib import suppress
@@ -28,10 +29,13 @@ class PtyWire:
 
     def __init__(self, link: Path | None = None) -> None:
         self._link = link
-        self._master, self._slave = os.openpty()  # the slave stays open: clients come and go
-        tty.setraw(self._slave)
+        self._master, slave = os.openpty()
+        tty.setraw(slave)
         os.set_blocking(self._master, False)
-        self.name = os.ttyname(self._slave)
+        self.name = os.ttyname(slave)
+        os.close(slave)  # only clients hold it, so that it can be told whether there is one
+        self._hung_up = select.poll()
+        self._hung_up.register(self._master, 0)
         if link is not None:
             _make_link(link, self.name)
             self.name = str(link)
@@ -39,31 +43,35 @@ class PtyWire:
     @property
     def baudrate(self) -> int | None:
         """The client's speed."""
-        return _SPEEDS.get(termios.tcgetattr(self._slave)[4])
+        with suppress(termios.error):
+            return _SPEEDS.get(termios.tcgetattr(self._master)[4])  # a master's settings are those of its other end
+        return None
+
+    @property
+    def has_client(self) -> bool:
+        """Whether somebody has it open."""
+        return not self._hung_up.poll(0)
 
     def read(self) -> bytes:
         """What the client wrote; never waits."""
-        with suppress(BlockingIOError):
+        with suppress(OSError):  # EAGAIN, or EIO while nobody has it open
             return os.read(self._master, _READ_BYTES)
         return b""
 
     def write(self, data: bytes) -> None:
-        """What nobody takes is lost, as on a line."""
-        with suppress(BlockingIOError):
-            os.write(self._master, data)
-
-    def fileno(self) -> int:
-        """To wait on."""
-        return self._master
+        """What nobody takes is lost, as on a line: who opens it later hears nothing of before."""
+        if self.has_client:
+            with suppress(OSError):
+                os.write(self._master, data)
 
     def close(self) -> None:
         """As if it were unplugged."""
         if self._link is not None:
             with suppress(OSError):
                 self._link.unlink()
-        for descriptor in (self._master, self._slave):
-            with suppress(OSError):
-                os.close(descriptor)
+        with suppress(OSError):
+            os.close(self._master)
+        self._master = -1  # its number may soon be another file's
 
 
 def _make_link(link: Path, target: str) -> None:

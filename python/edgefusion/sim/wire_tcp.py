@@ -57,10 +57,6 @@ class TcpWire:
         except OSError:
             self._leave()
 
-    def fileno(self) -> int:
-        """To wait on."""
-        return (self._client or self._listener).fileno()
-
     def close(self) -> None:
         """Nobody can connect any more."""
         self._leave()
