@@ -59,6 +59,17 @@ class Spoilt:
             came.append(self.wire.transmit(9600, self.now_ns))
         return came
 
+    def trickled(self, count: int = 40, share: int = 7) -> bytes:
+        """What came of all, where a packet takes its 100 ms in so many pieces."""
+        came = b""
+        for packet in self.packets[:count]:
+            size = -(-len(packet) // share)
+            for begin in range(0, share * size, size):
+                self.now_ns += 100 * MS // share
+                self.device.says = packet[begin : begin + size]
+                came += self.wire.transmit(9600, self.now_ns)
+        return came
+
 
 @pytest.mark.parametrize(
     ("text", "fault"),
@@ -105,6 +116,32 @@ def test_off_is_silent_and_deaf_after_so_many_bytes_more() -> None:
     assert b"".join(spoilt.run()) == b"".join(spoilt.packets)[:40]
     spoilt.wire.receive(b"hello", 9600, spoilt.now_ns)
     assert spoilt.device.heard == b""
+
+
+@pytest.mark.parametrize("offset", [1, 2, 3, 20])
+def test_off_in_mid_packet_counts_from_a_packets_first_byte(offset: int) -> None:
+    spoilt = Spoilt(f"robot=off:{offset}@1.05")
+    assert spoilt.trickled() == b"".join(spoilt.packets)[: 11 * len(spoilt.packets[0]) + offset]
+
+
+@pytest.mark.parametrize("share", [3, 7, 60])
+@pytest.mark.parametrize("kind", ["stuck", "wrong", "slow", "intermittent"])
+def test_in_any_pieces_packets_are_spoilt_whole_and_the_fault_begins_and_ends_between_two(kind: str, share: int) -> None:
+    spoilt = Spoilt(f"robot={kind}@1.05+1")
+    reader = SipReader()
+    found = [status.x_counts for status in reader.feed(spoilt.trickled(share=share))]
+    before, after = list(range(0, 110, 10)), list(range(210, 400, 10))
+    assert found[:11] == before and found[-19:] == after
+    assert reader.finder.skipped_bytes == 0 and reader.finder.is_between_packets
+    between = {"stuck": [100] * 10, "slow": [140, 180]}
+    assert found[11:-19] == between.get(kind, found[11:-19])
+    assert found[11:-19] != list(range(110, 210, 10))
+
+
+def test_what_is_no_packet_is_let_be_when_packets_are_spoilt() -> None:
+    telegram = encode(b"\xb0" + bytes(9), 0x80)
+    spoilt = Spoilt("laser=stuck", [b"\x06" + telegram, b"\x15", encode(b"\xb2", 0x80)], LMS)
+    assert spoilt.run() == [b"\x06" + telegram, b"\x15", telegram]
 
 
 def test_stuck_repeats_the_last_whole_packet_at_the_pace_of_new_ones() -> None:

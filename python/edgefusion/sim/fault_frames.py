@@ -24,7 +24,7 @@ class Protocol(NamedTuple):
 
 
 def _sip_length(data: bytes) -> int:
-    if not data.startswith(sip_frame.HEADER):
+    if not sip_frame.HEADER.startswith(data[:2]):
         return 1
     return 3 + data[2] if len(data) > 2 else 0
 
@@ -64,6 +64,19 @@ class Frames:
 
     def __init__(self, protocol: Protocol) -> None:
         self._protocol, self._begun = protocol, b""
+
+    @property
+    def under_way(self) -> bool:
+        """Whether one has begun and not ended."""
+        return bool(self._begun)
+
+    def rest_of_begun(self, data: bytes) -> int:
+        """How many of these bytes, which come next, belong to the one that has begun."""
+        begun, count = self._begun, 0
+        while begun and count < len(data) and not 0 < self._protocol.length(begun) <= len(begun):
+            begun += data[count : count + 1]
+            count += 1
+        return count
 
     def feed(self, data: bytes) -> list[bytes]:
         """Those that are whole now."""

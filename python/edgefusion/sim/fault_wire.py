@@ -14,19 +14,25 @@ from edgefusion.sim.wire_device import WireDevice
 from edgefusion.sim.wire_line import PacedLine
 
 
+_OF_FRAMES = ("stuck", "wrong", "slow", "intermittent")
+
+
 class FaultyWire:
     """A WireDevice around another one. now_ns: from when its fault's times count.
 
-    What arrives at the device is spoilt by `off` alone: then it hears nothing.
+    What arrives at the device is spoilt by `off` alone: then it hears nothing. `off` after no more bytes comes at once,
+    `garbage` and `delayed` too; all else, and the end of it, waits until no frame is under way.
     """
 
     def __init__(self, device: WireDevice, protocol: Protocol, fault: Fault, rng: np.random.Generator, now_ns: int):
         self._device, self._protocol, self._fault, self._rng = device, protocol, fault, rng
         self._start_ns = now_ns
+        self._left = round(fault.value) if fault.kind == "off" else 0
+        self._waits = fault.kind in _OF_FRAMES or self._left > 0
+        self._spoils = False
         self._frames = Frames(protocol)
         self._last: bytes = b""
         self._count = 0
-        self._left = round(fault.value) if fault.kind == "off" else 0
         self._late: List[Tuple[int, bytes]] = []
 
     @property
@@ -45,9 +51,15 @@ class FaultyWire:
 
     def transmit(self, baudrate: Optional[int], now_ns: int) -> bytes:
         """What the client hears."""
-        said = self._device.transmit(None, now_ns)
-        spoilt = self._spoilt(said, now_ns) if self.holds(now_ns) else self._well(said)
-        return self.line.heard(spoilt, baudrate)
+        said, holds = self._device.transmit(None, now_ns), self.holds(now_ns)
+        before = self._frames.rest_of_begun(said) if self._waits and holds != self._spoils else 0
+        heard = self._passed(said[:before], now_ns)
+        if not (self._waits and self._frames.under_way):
+            self._spoils = holds
+        return self.line.heard(heard + self._passed(said[before:], now_ns), baudrate)
+
+    def _passed(self, said: bytes, now_ns: int) -> bytes:
+        return self._spoilt(said, now_ns) if self._spoils else self._well(said)
 
     def _well(self, said: bytes) -> bytes:
         """Keeps the last whole frame: that is what it would be stuck with."""
@@ -66,7 +78,7 @@ class FaultyWire:
             return self._noisy(said)
         if kind == "delayed":
             return self._delayed(said, now_ns)
-        return b"".join(self._instead(frame) for frame in self._frames.feed(said))
+        return b"".join(frame if len(frame) == 1 else self._instead(frame) for frame in self._frames.feed(said))
 
     def _noisy(self, said: bytes) -> bytes:
         data = np.frombuffer(said, np.uint8).copy()

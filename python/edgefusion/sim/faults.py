@@ -14,7 +14,7 @@ from edgefusion.errors import RefusedError
 COMPONENTS = ("robot", "laser", "camera")
 
 KINDS: Dict[str, tuple[float, str]] = {
-    "off": (0.0, "sends nothing any more, after so many more bytes"),
+    "off": (0.0, "sends nothing any more; above 0: from so many bytes on into a frame"),
     "stuck": (0.0, "sends the same again and again, as if it were new"),
     "garbage": (0.01, "share of the bytes that are noise"),
     "wrong": (0.0, "sends what is well formed and not true"),
