@@ -18,6 +18,7 @@ from edgefusion.drivers.sip_command import Command
 from edgefusion.drivers.sip_frame import PacketFinder
 from edgefusion.sim.sip_robot import SipRobot
 from edgefusion.sim.sip_robot_character import SH, Character
+from edgefusion.sim.wire_line import PacedLine
 from edgefusion.types import Twist2D
 from floor_body import FloorBody
 from scripted_pioneer import ScriptedPioneer
@@ -32,6 +33,10 @@ class SimulatedPioneer:
         self.firmware = SipRobot(self.body, character)
         self.said = bytearray()
         self._now_ns = 0
+
+    @property
+    def line(self) -> PacedLine:
+        return self.firmware.line
 
     def receive(self, data: bytes, baudrate: Optional[int], now_ns: int) -> None:
         self._pass(now_ns)

@@ -61,8 +61,7 @@ def test_wheels_that_do_otherwise_than_told_for_a_second_fail_it(commanded: tupl
     healths = judge([WELL] + [moving] * 30, Twist2D(*commanded))
     failed = [i for i, health in enumerate(healths) if health.state is HealthState.FAILED]
     assert healths[failed[0]].reason == "the wheels do not do what they were told"
-    assert failed[0] * CYCLE_NS <= 1_400_000_000  # of them, 0.4 s until the wheels should turn noticeably
-    assert failed[0] * CYCLE_NS >= 800_000_000
+    assert 700_000_000 <= failed[0] * CYCLE_NS <= 1_000_000_000
 
 
 def test_reports_that_are_stuck_fail_it_though_they_say_the_speed_that_was_told() -> None:

@@ -13,7 +13,7 @@ from edgefusion.drivers import link
 from edgefusion.drivers.port import READ_S, WRITE_S
 from edgefusion.sim.wire_device import WireDevice
 
-_STEP_NS = 1_000_000
+_STEP_NS = 2_000_000
 
 
 class VirtualLine:

@@ -7,7 +7,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from edgefusion.drivers.pioneer_factors import HALF_WHEEL_BASE, Factors
+from edgefusion.drivers.pioneer_factors import Factors
+from edgefusion.drivers.pioneer_state import twist_of
 from edgefusion.drivers.sip_status import Status
 from edgefusion.types import STILL, Pose2D
 
@@ -68,10 +69,9 @@ class Odometry:
         return theta - self.pose.theta + own
 
     def _counts(self, stamp_ns: int, status: Status) -> Counts:
-        left_mps, right_mps = (speed * self._factors.speed_mps for speed in (status.left_speed, status.right_speed))
-        yaw_rate = (right_mps - left_mps) * 1e3 / 2 * HALF_WHEEL_BASE
+        twist = twist_of(status, self._factors)
         place = status.x_counts, status.y_counts, status.heading_counts
-        return Counts(stamp_ns, *place, (left_mps + right_mps) / 2, yaw_rate)
+        return Counts(stamp_ns, *place, twist.v_mps, twist.w_radps)
 
     def _doubt(self, counts: Counts) -> None:
         before = self._doubtful

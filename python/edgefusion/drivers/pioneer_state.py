@@ -59,7 +59,7 @@ def robot_state(status: Status, factors: Factors, odometry: Pose2D, stamp_ns: in
     return RobotState(
         stamp_ns,
         odometry,
-        _twist(status, factors),
+        twist_of(status, factors),
         status.battery_dv / 10,
         status.motors_enabled,
         status.e_stop_pressed,
@@ -75,7 +75,8 @@ def robot_state(status: Status, factors: Factors, odometry: Pose2D, stamp_ns: in
     )
 
 
-def _twist(status: Status, factors: Factors) -> Twist2D:
+def twist_of(status: Status, factors: Factors) -> Twist2D:
+    """How fast the robot says that it is; it measures its turning by itself where it says that, too."""
     left_mps, right_mps = status.left_speed * factors.speed_mps, status.right_speed * factors.speed_mps
     if status.turn_ddps is not None:
         w_radps = math.radians(status.turn_ddps / 10)
