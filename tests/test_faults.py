@@ -126,7 +126,7 @@ def test_off_in_mid_packet_counts_from_a_packets_first_byte(offset: int) -> None
 
 @pytest.mark.parametrize("share", [3, 7, 60])
 @pytest.mark.parametrize("kind", ["stuck", "wrong", "slow", "intermittent"])
-def test_in_any_pieces_packets_are_spoilt_whole_and_the_fault_begins_and_ends_between_two(kind: str, share: int) -> None:
+def test_in_any_pieces_packets_are_spoilt_whole_and_faults_begin_and_end_between_two(kind: str, share: int) -> None:
     spoilt = Spoilt(f"robot={kind}@1.05+1")
     reader = SipReader()
     found = [status.x_counts for status in reader.feed(spoilt.trickled(share=share))]

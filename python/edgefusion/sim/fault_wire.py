@@ -13,7 +13,6 @@ from edgefusion.sim.faults import Fault
 from edgefusion.sim.wire_device import WireDevice
 from edgefusion.sim.wire_line import PacedLine
 
-
 _OF_FRAMES = ("stuck", "wrong", "slow", "intermittent")
 
 
