@@ -25,6 +25,9 @@ from scripted_pioneer import ScriptedPioneer
 from virtual_port import VirtualLine
 
 
+BODY_STEP_NS = 10_000_000
+
+
 class SimulatedPioneer:
     """The simulated firmware as a wire device, on a floor whose time goes on with the line's. said: all its bytes."""
 
@@ -49,7 +52,7 @@ class SimulatedPioneer:
         return data
 
     def _pass(self, now_ns: int) -> None:
-        if now_ns > self._now_ns:
+        if now_ns >= self._now_ns + BODY_STEP_NS:
             self.body.base.step(now_ns - self._now_ns)
             self._now_ns = now_ns
 
