@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""A simulated Pioneer on a pty in real time, and the thread of the base that owns and drives it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+from typing import Callable
+
+from edgefusion.config import BaseConfig, PioneerConfig
+from edgefusion.drivers.pioneer import Pioneer
+from edgefusion.drivers.sip_command import Command
+from edgefusion.service.device_thread import DeviceThread
+from edgefusion.service.ending import EndableLink
+from edgefusion.service.robot_device import RobotDevice, RobotReport
+from edgefusion.sim.robot import SimBase
+from edgefusion.sim.sip_robot import SipRobot
+from edgefusion.sim.wire_device import WireDevice
+from edgefusion.sim.wire_pty import PtyWire
+from edgefusion.types import HealthState, Pose2D, Twist2D
+
+AHEAD = Twist2D(0.3)
+UNTOUCHED = (False,) * 5
+_PUMP_S, _DRIVE_NS, _PATIENCE_S = 0.001, 50_000_000, 20.0
+_ZEROS = {(Command.STOP, None), (Command.E_STOP, None), (Command.VEL, 0)}
+
+
+class FloorBody:
+    """On an endless floor. bumpers: what a fault may change; jammed: its wheels do not turn, and nothing says so."""
+
+    def __init__(self) -> None:
+        self.base = SimBase()
+        self.stalled = (False, False)
+        self.bumpers = (UNTOUCHED, UNTOUCHED)
+        self.jammed = False
+
+    @property
+    def odometry(self) -> Pose2D:
+        return self.base.odometry
+
+    @property
+    def twist(self) -> Twist2D:
+        return self.base.twist
+
+    def command(self, twist: Twist2D) -> None:
+        self.base.command(Twist2D() if self.jammed or any(self.stalled) else twist)
+
+    def halt(self) -> None:
+        self.base.command(Twist2D())
+        self.base.twist = Twist2D()
+
+    def sonar_m(self, number: int) -> float:
+        return 2.0 + number / 10
+
+
+class Rig:
+    """Driven ahead from entering to leaving, or as long as drives says. device: what is at the port; reads: whether it
+    takes what is written. said_ns: when it said something last; failed_ns: when the base was told that it failed."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / "robot"
+        self.body = FloorBody()
+        self.robot = SipRobot(self.body, now_ns=time.monotonic_ns())
+        self.device: WireDevice = self.robot
+        self.reads = self.drives = True
+        self.failed_ns = self.said_ns = 0
+        self._wire: PtyWire | None = PtyWire(self._path)
+        self.link = EndableLink(str(self._path), 9600, "the first", lock_folder=folder)
+        self.driver = Pioneer(self.link, PioneerConfig(), BaseConfig())
+        self._owned = RobotDevice(self.driver)
+        self.thread: DeviceThread[RobotReport] = DeviceThread(self._owned, self.link.ending, self._woken)
+        self._end, self._lock = threading.Event(), threading.Lock()
+        self._world = threading.Thread(target=self._run, daemon=True)
+
+    def __enter__(self) -> Rig:
+        self._world.start()
+        self.thread.begin()
+        self.wait(lambda: self.body.twist.v_mps > 0.29)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.thread.end()
+        self.thread.join(2.0)
+        self._end.set()
+        self._world.join()
+        self.unplug()
+
+    @property
+    def is_lost(self) -> bool:
+        """There is no newest report."""
+        return self.thread.news.newest is None
+
+    @property
+    def port(self) -> str:
+        return str(self._path)
+
+    def wait(self, done: Callable[[], bool]) -> None:
+        """Until something is so. Raises RuntimeError where it does not come to it."""
+        end_s = time.monotonic() + _PATIENCE_S
+        while not done():
+            if time.monotonic() > end_s:
+                raise RuntimeError(f"it did not come to it: {self.thread.news.health}")
+            time.sleep(0.0005)
+
+    def unplug(self) -> None:
+        """The cable, from the host."""
+        with self._lock:
+            if self._wire is not None:
+                self._wire.close()
+                self._wire = None
+
+    def plug(self) -> None:
+        """It in again."""
+        with self._lock:
+            self._wire = PtyWire(self._path)
+
+    def lost_after_s(self, injected_ns: int) -> float:
+        """Until the base was told."""
+        self.wait(lambda: self.is_lost and self.failed_ns > injected_ns)
+        return (self.failed_ns - injected_ns) / 1e9
+
+    def stopped_after_s(self, injected_ns: int) -> float:
+        """T0: until the robot heard the first zero."""
+        self.wait(lambda: self._first_zero_ns(injected_ns) > 0)
+        return (self._first_zero_ns(injected_ns) - injected_ns) / 1e9
+
+    def moved_since(self, ns: int) -> bool:
+        """Whether it was told anything that moves it."""
+        kinds = (Command.VEL, Command.RVEL)
+        return any(then > ns and told.number in kinds and told.value for then, told in list(self.robot.heard))
+
+    def _first_zero_ns(self, since_ns: int) -> int:
+        heard = list(self.robot.heard)
+        return next((ns for ns, told in heard if ns >= since_ns and (told.number, told.argument) in _ZEROS), 0)
+
+    def _woken(self) -> None:
+        if self.thread.news.health.state is HealthState.FAILED:
+            self.failed_ns = time.monotonic_ns()
+
+    def _run(self) -> None:
+        last_ns = drive_ns = time.monotonic_ns()
+        while not self._end.is_set():
+            now_ns = time.monotonic_ns()
+            self.body.base.step(now_ns - last_ns)
+            last_ns = now_ns
+            with self._lock:
+                if self._wire is not None:
+                    self._carry(self._wire, now_ns)
+            report = self.thread.news.newest
+            if self.drives and report is not None and now_ns >= drive_ns:
+                self._owned.drive(now_ns, AHEAD, report.session)
+                drive_ns = now_ns + _DRIVE_NS
+            time.sleep(_PUMP_S)
+
+    def _carry(self, wire: PtyWire, now_ns: int) -> None:
+        data = wire.read() if self.reads else b""
+        if data:
+            self.device.receive(data, wire.baudrate, now_ns)
+        said = self.device.transmit(wire.baudrate, now_ns)
+        if said:
+            wire.write(said)
+            self.said_ns = now_ns
