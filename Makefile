@@ -8,7 +8,7 @@ SOURCES := pyproject.toml CMakeLists.txt $(wildcard cmake/*) $(shell find cpp -n
 CXX_BUILD := build/cpp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench bench-core lint format sanitize clean
+.PHONY: help demo test bench bench-core faults lint format sanitize clean
 
 help: ## list the targets
 	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -24,6 +24,9 @@ bench: $(VENV)/.bench ## measure against the named peers and write out/bench/ (a
 
 bench-core: $(VENV)/.cpp ## the C++ core alone, without Python (Google Benchmark)
 	@VENV=$(VENV) scripts/cpp_bench.sh $(CXX_BUILD)-release $(ARGS)
+
+faults: $(VENV)/.bench ## inject faults into the devices and time what happens, in real time (a few minutes)
+	@$(BIN)/python -m benchmarks.faults $(ARGS)
 
 lint: $(VENV)/.lint ## ruff, clang-format and mypy
 	@$(BIN)/ruff check .

@@ -78,7 +78,7 @@ def test_l4_a_line_with_little_noise_is_driven_by(base) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_l5_a_covered_laser_stops_it_within_two_scans_and_says_why(base, seed) -> None:
     robot = base(seed).driving()
-    robot.covered = True
+    robot.scanner.covered = True
     # Two scans that are complete, and the way of the second over the line.
     assert robot.stopped_after_s(robot.clock()) <= 3 * 0.02667 + 0.0146 + 0.05 + CYCLES_S
     assert "covered or dazzled: 361 of 361 beams" in robot.laser_turn.news.health.reason

@@ -31,7 +31,6 @@ from edgefusion.service.robot_device import RobotDevice
 from edgefusion.sim.fault_frames import LMS, SIP
 from edgefusion.sim.fault_wire import FaultyWire
 from edgefusion.sim.faults import parse_fault
-from edgefusion.sim.laser import LaserSpec
 from edgefusion.sim.live_world import LiveWorld
 from edgefusion.sim.lms_scanner import LmsScanner
 from edgefusion.sim.sip_robot import SipRobot
@@ -118,7 +117,7 @@ class VirtualBase:
         self.rng = np.random.default_rng(seed)
         self.clock = _SharedClock(int(self.rng.integers(S, 2 * S)))
         self.world = LiveWorld(ROOM, self.clock(), seed)
-        self.covered, self.scan_delay_s = False, 0.0
+        self.scan_delay_s = 0.0
         self.robot, self.scanner = self._firmware()
         self.lines = {
             "robot": VirtualLine(_InTime(self.robot, self.world), self.clock),
@@ -134,14 +133,8 @@ class VirtualBase:
         self._held: list[Scan] = []
 
     def _firmware(self) -> tuple[SipRobot, LmsScanner]:
-        def scan_at(stamp_ns: int, spec: LaserSpec) -> Scan:
-            scan = self.world.scan_at(stamp_ns, spec)
-            if not self.covered:
-                return scan
-            return Scan(stamp_ns, np.full_like(scan.ranges_m, np.nan), scan.angle_min, scan.angle_increment)
-
         now_ns = self.clock()
-        return SipRobot(self.world.body, now_ns=now_ns), LmsScanner(scan_at, now_ns)
+        return SipRobot(self.world.body, now_ns=now_ns), LmsScanner(self.world.scan_at, now_ns)
 
     def _turns(self, monkeypatch: Any) -> None:
         def line(name: str, baudrate: int) -> Link:

@@ -6,10 +6,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
+from edgefusion.errors import RefusedError
 from edgefusion.sim.fault_frames import LMS, SIP, Protocol
 from edgefusion.sim.fault_pictures import FaultyPictures
 from edgefusion.sim.fault_wire import FaultyWire
@@ -53,7 +54,7 @@ class LiveDevices:
     """Served from when it is made until it is closed. pump() is to be called every few milliseconds; it never waits."""
 
     def __init__(self, setup: LiveSetup, now_ns: int) -> None:
-        self._rngs = np.random.SeedSequence(setup.seed).spawn(8)
+        self._rngs = np.random.SeedSequence(setup.seed).spawn(64)
         self._start_ns = now_ns
         self._closing: List[PtyWire | TcpWire | LiveCamera | MjpegServer] = []
         try:
@@ -100,6 +101,23 @@ class LiveDevices:
 
     def _rng(self) -> np.random.Generator:
         return np.random.default_rng(self._rngs.pop())
+
+    def inject(self, fault: Fault, now_ns: int) -> None:
+        """A fault of robot or laser, its times from now on; in place of one that is there. Raises RefusedError for a
+        camera's."""
+        devices: Dict[str, Tuple[int, WireDevice, Protocol]] = {
+            "robot": (0, self.robot, SIP),
+            "laser": (1, self.laser, LMS),
+        }
+        if fault.component not in devices:
+            raise RefusedError(f"fault: expected one of the robot or the laser, got {fault.component}")
+        number, device, protocol = devices[fault.component]
+        self._server.replace(number, FaultyWire(device, protocol, fault, self._rng(), now_ns))
+
+    def mend(self) -> None:
+        """Robot and laser are well again."""
+        self._server.replace(0, self.robot)
+        self._server.replace(1, self.laser)
 
     def pump(self, now_ns: int) -> None:
         """The world goes on until now, and everything that has left its device by then is carried."""

@@ -7,6 +7,8 @@ from __future__ import annotations
 import math
 from typing import Callable, Dict, List, Optional, Tuple
 
+import numpy as np
+
 from edgefusion.drivers.lms2xx_messages import SPEEDS
 from edgefusion.drivers.lms2xx_scan import Variant
 from edgefusion.drivers.lms2xx_telegram import ACK, NAK, TO_LASER, TelegramReader, encode
@@ -34,7 +36,8 @@ _MOST_M = 32.0
 
 
 class LmsScanner:
-    """A WireDevice. status_byte: at the end of every telegram; a test sets bits for pollution or dazzle.
+    """A WireDevice. status_byte: at the end of every telegram; a test sets bits for pollution or dazzle. covered: as by
+    a hand on its window, it sees nothing.
 
     left_at: the speed at which an earlier client left it streaming. power_up_s: it is off, and says so when it is on.
     written: how often its EEPROM was. real: what laser it is made of, but for what a client sets.
@@ -51,7 +54,7 @@ class LmsScanner:
         self._scan_at, self._real = scan_at, real or LaserSpec()
         self._line = PacedLine(left_at or USUAL_BAUD)
         self.block = telegrams.usual_block()
-        self.status_byte, self.written = _NORMAL, 0
+        self.status_byte, self.written, self.covered = _NORMAL, 0, False
         self._reset(now_ns)
         self._mode = STREAM_ALL if left_at else ON_REQUEST
         if power_up_s:
@@ -144,7 +147,8 @@ class LmsScanner:
 
     def _scan_payload(self, scan: Scan, partial: bool, offset: int, end_ns: int) -> bytes:
         header = telegrams.ScanHeader(self.block[telegrams.UNIT_AT], partial, offset)
-        payload = telegrams.scan(scan.ranges_m, header, self.block[telegrams.MODE_AT])
+        ranges_m = np.full_like(scan.ranges_m, np.nan) if self.covered else scan.ranges_m
+        payload = telegrams.scan(ranges_m, header, self.block[telegrams.MODE_AT])
         if self.block[telegrams.AVAILABILITY_AT] & telegrams.REAL_TIME_INDEX:
             payload += bytes([(end_ns // TURN_NS) & 0xFF])
         return payload

@@ -24,7 +24,13 @@ class WireServer:
     """Each device may have several wires: all clients hear it, and it hears all."""
 
     def __init__(self, served: Iterable[Tuple[WireDevice, Tuple[Wire, ...]]]) -> None:
-        self._served = tuple(served)
+        self._served = list(served)
+
+    def replace(self, number: int, device: WireDevice) -> WireDevice:
+        """From now on that device is at the wires of the one with this number. Returns the one before."""
+        before, wires = self._served[number]
+        self._served[number] = device, wires
+        return before
 
     def pump(self, now_ns: int) -> None:
         """Carries what there is, and never waits: to be called every few milliseconds."""
