@@ -5,12 +5,15 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
-from edgefusion.drivers.link import LinkLostError, LinkSilentError
+from edgefusion.drivers.link import LinkError, LinkLostError, LinkSilentError
 from edgefusion.drivers.pioneer_line import RobotError
 from edgefusion.drivers.sip_command import Command
 from edgefusion.drivers.sip_frame import frame
-from edgefusion.types import HealthState, Twist2D
+from edgefusion.errors import RefusedError
+from edgefusion.types import Health, HealthState, Twist2D
 from pioneer_scenes import MakeScene, last_words, scene
 from scripted_pioneer import ScriptedPioneer, config_body
 
@@ -110,3 +113,24 @@ def test_a_robot_that_began_anew_is_told_by_its_reply_to_a_pulse(scene: MakeScen
     made.robot.say = [frame(b"\0")]
     with pytest.raises(RobotError, match="the robot began anew"):
         made.run(0.1)
+
+
+@given(noise=st.lists(st.binary(max_size=60), max_size=10), cut=st.integers(0, 200))
+@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_whatever_bytes_come_it_is_driven_or_lost_and_never_anything_else(
+    scene: MakeScene, noise: list[bytes], cut: int
+) -> None:
+    """Noise between the robot's packets, in the handshake and in the session; some of it well framed."""
+    robot = ScriptedPioneer()
+    robot.say = [frame(each) if index % 2 and each else each for index, each in enumerate(noise)]
+    made = scene(robot)
+    try:
+        made.driver.start()
+        robot.say = [each[cut % (len(each) + 1) :] for each in noise]
+        made.run(0.5, Twist2D(0.3))
+        assert made.driver.info is not None
+    except (LinkError, RefusedError) as error:
+        assert made.driver.info is None
+        assert made.driver.health == Health("robot", HealthState.FAILED, " ".join(str(error).split()))
+    made.driver.close()
+    assert Command.STOP in last_words(made)
