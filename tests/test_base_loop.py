@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from base_scenes import AHEAD, CONFIG, MS, TICK_NS, WELL, Bench, driving, failed, room, stands
 from edgefusion.errors import RefusedError
+from edgefusion.navigation.law import as_carried
 from edgefusion.navigation.mission_step import MissionState
 from edgefusion.navigation.safety import Action
 from edgefusion.service.base_loop import BaseLoop
@@ -81,6 +82,7 @@ def test_a_goal_at_boot_is_refused_with_the_reason_and_taken_once_it_is_gone(hea
     with pytest.raises(RefusedError, match=f"goal: refused: {reason}"):
         bench.loop.goto([AHEAD])
     assert stands(bench.run(1))
+    assert bench.outputs[-1].mission.state is MissionState.IDLE
     bench.mend(health.component)
     assert stands(bench.run(1))
     bench.loop.goto([AHEAD])
@@ -125,6 +127,34 @@ def test_after_a_failure_of_the_robot_it_stays_until_a_new_goal() -> None:
     bench.loop.goto([BACK])
     bench.run(10)
     assert off_m(bench, BACK) < 0.06
+
+
+def test_a_goal_after_a_failure_of_the_robot_leaves_the_stop_once() -> None:
+    bench = driving()
+    bench.fail("robot", "vanished")
+    bench.run(1)
+    bench.mend("robot")
+    bench.tick()
+    bench.loop.goto([BACK])
+    while bench.tick().command == Twist2D():
+        pass
+    bench.loop.goto([BACK])
+    assert bench.tick().decision.action < Action.STOP
+    with pytest.raises(RefusedError, match="resume: expected a mission that is stopped, got one that is driving"):
+        bench.loop.resume()
+
+
+def test_an_outage_costs_none_of_the_patience_with_a_goal() -> None:
+    navigation = msgspec.structs.replace(CONFIG.navigation, patience_s=1.0)
+    bench = Bench(BaseLoop(msgspec.structs.replace(CONFIG, navigation=navigation)))
+    bench.run(1)
+    bench.loop.goto([AHEAD])
+    bench.run(1.5)
+    bench.mute.add("robot")
+    bench.run(3)
+    bench.mute.clear()
+    bench.run(7)
+    assert off_m(bench, AHEAD) < 0.06
 
 
 def test_a_resume_after_a_failure_of_the_robot_leads_to_none_of_the_old_goals() -> None:
@@ -182,6 +212,15 @@ def test_a_laser_that_falls_silent_stops_the_robot_when_its_newest_scan_is_too_o
     assert "scan: older than 0.2 s" in stopped.decision.reason
 
 
+def test_before_a_scan_is_too_old_the_robot_gets_slower_in_what_the_wire_carries() -> None:
+    bench = driving(Goal("far", Pose2D(3.0, 0.0)))
+    bench.mute.add("laser")
+    outputs = bench.run(0.75)
+    assert Action.CAP in {output.decision.action for output in outputs}
+    assert all(output.command == as_carried(output.command) for output in outputs)
+    assert all(output.scan is None for output in outputs)
+
+
 def test_a_robot_that_falls_silent_is_told_to_stop_when_its_newest_report_is_too_old() -> None:
     bench = driving()
     bench.mute.add("robot")
@@ -206,6 +245,7 @@ def test_an_operators_stop_holds_until_resume_whatever_goals_come() -> None:
         MissionState.STOPPED,
         "operator",
     )
+    assert output.decision.action is Action.STOP_LATCHED
     bench.loop.goto([BACK])
     assert_stays(bench)
     bench.loop.resume()
