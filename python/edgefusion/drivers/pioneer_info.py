@@ -16,13 +16,13 @@ _SILENCE_S, _CYCLES, _MS = 0.25, 2.5, 1e-3
 
 @dataclass(frozen=True)
 class RobotInfo:
-    """One session. parameters: None where the robot sent no CONFIGpac. baudrate: as it was brought to."""
+    """One session. parameters: None where the robot sent no CONFIGpac. baudrate: as it was brought to; None over a network."""
 
     identity: Identity
     parameters: RobotConfig | None
     factors: Factors
     limits: Limits
-    baudrate: int
+    baudrate: int | None
 
     @property
     def silence_s(self) -> float:

@@ -88,5 +88,6 @@ def begin(line: PioneerLine, config: PioneerConfig, base: BaseConfig, pose: Pose
     motion = Motion(config.velocities == "wheels", limits.speed_mps, limits.yaw_rate_radps)
     line.send(*limits.packets(), *motion.due(line.clock()))
     line.send(command(Command.SONAR, int(config.sonar)))
-    info = RobotInfo(identity, parameters, factors, limits, line.link.baudrate)
+    baudrate = None if line.is_socket else line.link.baudrate
+    info = RobotInfo(identity, parameters, factors, limits, baudrate)
     return Session(line, info, motion, Reports(config, base, factors, pose))

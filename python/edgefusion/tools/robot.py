@@ -24,7 +24,7 @@ EXAMPLES = """examples:
 
 In a terminal it is driven: arrows or W A S D, for as long as a key is repeated; space stops, M switches the motors,
 Q quits. Nothing but the keys looks where it goes: no laser, no sonar. However it ends, the robot is told to stop.
-With --watch, --json, --once, or without a terminal it is only looked at, and its motors stay as they are.
+With --watch, --json, --once, or without a terminal it is only looked at, and its motors are not switched on.
 Exit codes: 0 done, 1 no robot, 2 refused, as a port that another process holds, 130 interrupted."""
 
 
@@ -42,7 +42,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     add("--config", type=Path, metavar="FILE", help="TOML; of its sections [robot] and [base]")
     add("--speed", type=float, default=0.2, metavar="M/S", help="of the keys (default: 0.2)")
     add("--turn-rate", type=float, default=30.0, metavar="DEG/S", help="of the keys (default: 30)")
-    add("--watch", action="store_true", help="only look; the motors stay as they are")
+    add("--watch", action="store_true", help="only look; the motors are not switched on")
     add("--once", action="store_true", help="tell it once, and end")
     add("--seconds", type=float, default=math.inf, metavar="S", help="end after so many")
     add("--json", action="store_true", help="one line of JSON a second")
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
 
     from edgefusion.config import load_config
     from edgefusion.drivers.link import LinkError
-    from edgefusion.service.signals import ended_by_sigterm
+    from edgefusion.service.signals import ended_by_signals
     from edgefusion.tools.robot_keys import Keys
     from edgefusion.tools.robot_loop import show_in_place, tell
     from edgefusion.tools.robot_watch import RobotWatch
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
             raise RefusedError(f"--{name.replace('_', '-')}: expected more than 0, got {getattr(args, name):g}")
     looks = args.watch or args.once or args.json or not (sys.stdin.isatty() and sys.stdout.isatty())
     keys = None if looks else Keys(args.speed, math.radians(args.turn_rate))
-    with ended_by_sigterm(), _driver(args.port, load_config(args.config), keys is not None) as driver:
+    with ended_by_signals(), _driver(args.port, load_config(args.config), keys is not None) as driver:
         watch = RobotWatch(args.port, driver, keys, time.monotonic_ns)
         try:
             watch.begin()

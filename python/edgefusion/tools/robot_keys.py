@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Dict, Tuple
 
 from edgefusion.types import Twist2D
@@ -22,13 +23,12 @@ _WAYS: Dict[bytes, Tuple[int, int]] = {
     **{b"\x1b[A": _FORWARD, b"\x1b[B": _BACK, b"\x1b[D": _LEFT, b"\x1b[C": _RIGHT},
     **{b"\x1bOA": _FORWARD, b"\x1bOB": _BACK, b"\x1bOD": _LEFT, b"\x1bOC": _RIGHT},
 }
-_ESCAPE = 0x1B
-_ARROW_BYTES = 3
+_KEY = re.compile(rb"\x1b[\[O][0-9;]{0,8}[^0-9;]|\x1b(?=[^\[O]|[\[O][0-9;]{9})|[^\x1b]", re.DOTALL)
+"""A key that is no character is an escape, a bracket, perhaps numbers for what was held with it, and a letter."""
 
 
 class Keys:
-    """speed_mps, yaw_rate_radps: of the keys that drive. quit: once Q was pressed; motors_switched: since it was asked
-    for last."""
+    """speed_mps, yaw_rate_radps: of the keys that drive. quit: once Q was pressed."""
 
     def __init__(self, speed_mps: float, yaw_rate_radps: float) -> None:
         self._speed_mps, self._yaw_rate_radps = speed_mps, yaw_rate_radps
@@ -40,14 +40,16 @@ class Keys:
     def press(self, data: bytes, now_ns: int) -> None:
         """The bytes of a terminal, in any pieces. A key that means nothing stops the robot."""
         data = self._begun + data
-        self._begun = b""
-        while data:
-            size = _ARROW_BYTES if data[0] == _ESCAPE else 1
-            if size > len(data):
-                self._begun = data
-                return
-            self._key(data[:size], now_ns)
-            data = data[size:]
+        key = _KEY.match(data)
+        while key is not None:
+            self._key(key.group(), now_ns)
+            data = data[key.end() :]
+            key = _KEY.match(data)
+        self._begun = data
+
+    def let_go(self) -> None:
+        """What was pressed is of no account, but for Q."""
+        self._way, self._motors = (0, 0), False
 
     def twist(self, now_ns: int) -> Twist2D:
         """What the robot is to do now."""

@@ -91,7 +91,7 @@ def _state(state: RobotState, sonar_m: Mapping[int, float]) -> dict[str, Any]:
 
 
 def _speed_of(robot: Mapping[str, Any] | None) -> str:
-    return "" if robot is None else f", {robot['baudrate']} baud"
+    return f", {robot['baudrate']} baud" if robot and robot["baudrate"] else ""
 
 
 def _named(robot: Mapping[str, Any] | None) -> str:
