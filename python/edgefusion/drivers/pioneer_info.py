@@ -16,7 +16,7 @@ _SILENCE_S, _CYCLES, _MS = 0.25, 2.5, 1e-3
 
 @dataclass(frozen=True)
 class RobotInfo:
-    """One session. parameters: None where the robot sent no CONFIGpac. baudrate: as it was brought to; None over a network."""
+    """One session. parameters: None where the robot sent no CONFIGpac. baudrate: None over a network."""
 
     identity: Identity
     parameters: RobotConfig | None
