@@ -1,150 +1,97 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Faults of a camera, in real time: a stream over HTTP, read by a child with OpenCV, as on the robot."""
+"""What becomes of the camera's faults in real time: C1 to C4, from a stream on this machine through the real driver."""
 
 from __future__ import annotations
 
-import threading
+import os
+import signal
 import time
-from contextlib import suppress
 from typing import Callable, List
 
-import cv2
-import numpy as np
 from benchmarks.fault_row import FaultRow
+from benchmarks.faults_camera_rig import MAX_AGE_S, CameraRig, capturing
 
-from edgefusion.clock import system_clock
-from edgefusion.config import CameraConfig
-from edgefusion.drivers.camera import Camera
-from edgefusion.drivers.camera_ring import NoFrameError
-from edgefusion.sim.fault_pictures import FaultyPictures
-from edgefusion.sim.faults import parse_fault
-from edgefusion.sim.live_camera import Picture
-from edgefusion.sim.mjpeg_server import MjpegServer
+from edgefusion.service.cadence import Cadence
 
-_PERIOD_S, _WAIT_S, _POLL_S, _STARTS_S = 0.05, 20.0, 0.002, 60.0
-_OLD_S = 0.2
+_LATER_S = 0.5
+_LOOP_NS = 50_000_000
+_BLIND = (("black", "camera=wrong"), ("covered", "camera=wrong:0.4"), ("white", "camera=wrong:1"))
+
+Tick = Callable[[], object]
 
 
-class _Stream:
-    """A camera's URL, served by a thread; fault: what is wrong with it now."""
-
-    def __init__(self, seed: int) -> None:
-        self._rng = np.random.default_rng(seed)
-        self._scene = self._rng.integers(0, 256, (240, 320, 3), np.uint8)
-        self.server = MjpegServer()
-        self.fault: FaultyPictures | None = None
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-
-    def _run(self) -> None:
-        while not self._over.wait(_PERIOD_S):
-            now_ns = system_clock()
-            noisy = np.clip(self._scene + self._rng.normal(0, 3, self._scene.shape), 0, 255).astype(np.uint8)
-            made = Picture(now_ns, cv2.imencode(".jpg", noisy)[1].tobytes())
-            fault = self.fault
-            for sent in [made] if fault is None else fault.sent(made, now_ns):
-                self.server.put(sent.jpeg, sent.stamp_ns)
-
-    def inject(self, text: str) -> float:
-        """Returns when, by time.monotonic()."""
-        self.fault = FaultyPictures(parse_fault(text), self._rng, system_clock())
-        return time.monotonic()
-
-    def close(self) -> None:
-        self._over.set()
-        self._thread.join()
-        self.server.close()
-
-
-def rows(seeds: int, tick: Callable[[], None] = lambda: None) -> List[FaultRow]:
-    """tick: called after every camera."""
-    lost: List[float] = []
-    old: List[float] = []
-    back: List[float] = []
-    frozen: List[float] = []
-    blind: List[float] = []
-    hangs: List[float] = []
-    for seed in range(seeds):
-        _unplugged(seed, lost, old, back)
-        frozen.append(_told(seed, "camera=stuck", "CAMERA_FROZEN"))
-        blind.append(_told(seed, "camera=wrong", "CAMERA_BLIND"))
-        hangs.append(_latest_takes_s(seed))
-        tick()
+def rows(seeds: int, tick: Tick = lambda: None) -> List[FaultRow]:
+    """Every figure with as many seeds. tick: called after each drive of them."""
     return [
-        FaultRow("C1", "camera unplugged", "CAMERA_LOST in 500 ms", 0.5, lost),
-        FaultRow("C1", "age of the last picture that was given", "200 ms", _OLD_S, old),
-        FaultRow("C1", "back after it is plugged in", "3 s", 3.0, back),
-        FaultRow("C2", "camera frozen", "CAMERA_FROZEN in 1 s", 1.0, frozen),
-        FaultRow("C3", "camera covered", "CAMERA_BLIND in 1 s", 1.0, blind),
-        FaultRow("C4", "read() hangs: longest call of latest()", "20 ms", 0.02, hangs),
+        *_unplugged(seeds, tick),
+        _told("C1", "silent, until lost", "camera=off", "CAMERA_LOST", 0.5, seeds, tick),
+        _told("C2", "the same picture, until frozen", "camera=stuck", "CAMERA_FROZEN", 1.0, seeds, tick),
+        *[_told("C3", f"{what}, until blind", fault, "CAMERA_BLIND", 1.0, seeds, tick) for what, fault in _BLIND],
+        *_hanging(seeds, tick),
     ]
 
 
-def runs(seeds: int) -> int:
-    """How often rows() calls tick."""
-    return seeds
+def _unplugged(seeds: int, tick: Tick) -> List[FaultRow]:
+    lost: List[float] = []
+    back: List[float] = []
+    oldest_s = 0.0
+    for seed in range(seeds):
+        with CameraRig(seed) as rig:
+            begin_s = time.monotonic()
+            rig.unplug()
+            rig.wait_for(lambda: rig.says("CAMERA_LOST"))
+            lost.append(time.monotonic() - begin_s)
+            rig.given_within(_LATER_S + 0.1 * seed)
+            rig.plug()
+            back.append(rig.wait_for(lambda: rig.is_well))
+            oldest_s = max(oldest_s, rig.oldest_s)
+        tick()
+    return [
+        FaultRow("C1", "unplugged, until lost", "500 ms", 0.5, lost, *_aged(oldest_s)),
+        FaultRow("C1", "plugged in again, until well", "3 s", 3.0, back),
+    ]
 
 
-def _camera(stream: _Stream) -> Camera:
-    camera = Camera(CameraConfig(source=stream.server.url + "stream"))
-    _wait(lambda: camera.health().state.value == "ok", _STARTS_S)
-    return camera
+def _told(figure: str, what: str, fault: str, code: str, limit_s: float, seeds: int, tick: Tick) -> FaultRow:
+    seconds: List[float] = []
+    oldest_s, given = 0.0, 0
+    for seed in range(seeds):
+        with CameraRig(seed) as rig:
+            rig.inject(fault)
+            seconds.append(rig.wait_for(lambda: rig.says(code)))
+            given += rig.given_within(_LATER_S)
+            oldest_s = max(oldest_s, rig.oldest_s)
+        tick()
+    remark, failed = _aged(oldest_s)
+    return FaultRow(
+        figure, what, f"{limit_s:g} s", limit_s, seconds, f"{given} pictures given after; {remark}", failed or given > 0
+    )
 
 
-def _wait(holds: Callable[[], bool], within_s: float = _WAIT_S) -> float:
-    """Until it does; when that is, by time.monotonic(). Raises TimeoutError."""
-    deadline_s = time.monotonic() + within_s
-    while not holds():
-        if time.monotonic() > deadline_s:
-            raise TimeoutError("the camera did not come to it")
-        time.sleep(_POLL_S)
-    return time.monotonic()
+def _aged(oldest_s: float) -> tuple[str, bool]:
+    return f"none older than {1e3 * oldest_s:.0f} ms looked at", oldest_s > MAX_AGE_S + 0.005
 
 
-def _told(seed: int, fault: str, code: str) -> float:
-    stream = _Stream(seed)
-    try:
-        with _camera(stream) as camera:
-            begin_s = stream.inject(fault)
-            return _wait(lambda: camera.health().reason.startswith(code)) - begin_s
-    finally:
-        stream.close()
-
-
-def _unplugged(seed: int, lost: List[float], old: List[float], back: List[float]) -> None:
-    stream = _Stream(seed)
-    try:
-        with _camera(stream) as camera:
-            begin_s, ages = stream.inject("camera=off"), [0.0]
-
-            def is_lost() -> bool:
-                with suppress(NoFrameError):
-                    ages.append((system_clock() - camera.latest(_OLD_S).stamp_ns) / 1e9)
-                return camera.health().reason.startswith("CAMERA_LOST")
-
-            lost.append(_wait(is_lost) - begin_s)
-            old.append(max(ages))
-            time.sleep(1.0)
-            stream.fault, plugged_s = None, time.monotonic()
-            back.append(_wait(lambda: camera.health().state.value == "ok") - plugged_s)
-    finally:
-        stream.close()
-
-
-def _latest_takes_s(seed: int) -> float:
-    """While nothing comes and nothing ends, as from a driver that hangs."""
-    stream = _Stream(seed)
-    try:
-        with _camera(stream) as camera:
-            begin_s, longest_s = stream.inject("camera=off"), 0.0
-            while time.monotonic() - begin_s < 2.0:
-                asked_s = time.monotonic()
-                with suppress(NoFrameError):
-                    camera.latest(_OLD_S)
-                longest_s = max(longest_s, time.monotonic() - asked_s)
-                time.sleep(_POLL_S)
-            return longest_s
-    finally:
-        stream.close()
+def _hanging(seeds: int, tick: Tick) -> List[FaultRow]:
+    """The process that reads stands still, as one that hangs in the kernel does."""
+    back: List[float] = []
+    late: List[float] = []
+    for seed in range(seeds):
+        with CameraRig(seed) as rig:
+            (reader,) = capturing()
+            os.kill(reader, signal.SIGSTOP)
+            begin_s, loop = time.monotonic(), Cadence(_LOOP_NS, time.monotonic_ns, time.sleep)
+            while not rig.says("CAMERA_LOST") or reader in capturing():
+                loop.next()
+                rig.ask()
+            while not rig.is_well:
+                loop.next()
+                rig.ask()
+            back.append(time.monotonic() - begin_s)
+            late.append(loop.lateness.p99_ms / 1e3)
+        tick()
+    return [
+        FaultRow("C4", "its reader hangs, until it reads again", "5 s", 5.0, back),
+        FaultRow("C4", "a loop of 20 Hz meanwhile, 99 of 100 cycles late by", "20 ms", 0.02, late),
+    ]

@@ -14,7 +14,7 @@ from edgefusion.clock import system_clock
 _SCAN_S, _SLACK_S = 0.02667, 0.05
 
 
-def rows(seeds: int, tick: Callable[[], None] = lambda: None) -> List[FaultRow]:
+def rows(seeds: int, tick: Callable[[], object] = lambda: None) -> List[FaultRow]:
     """tick: called after every drive."""
 
     def stops(fault: str, baudrate: Literal[38400, 500000] = 500000) -> List[float]:
@@ -38,12 +38,7 @@ def rows(seeds: int, tick: Callable[[], None] = lambda: None) -> List[FaultRow]:
     ]
 
 
-def runs(seeds: int) -> int:
-    """How often rows() calls tick."""
-    return 8 * seeds
-
-
-def _back(seeds: int, tick: Callable[[], None]) -> List[float]:
+def _back(seeds: int, tick: Callable[[], object]) -> List[float]:
     seconds = []
     for seed in range(seeds):
         with FaultLab(seed) as lab:
@@ -56,7 +51,7 @@ def _back(seeds: int, tick: Callable[[], None]) -> List[float]:
     return seconds
 
 
-def _covered(seeds: int, tick: Callable[[], None]) -> List[float]:
+def _covered(seeds: int, tick: Callable[[], object]) -> List[float]:
     """The first scan that is covered may have begun before: two whole ones and a rest."""
     seconds = []
     for seed in range(seeds):

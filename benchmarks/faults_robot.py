@@ -35,19 +35,23 @@ _LOOP_NS, _LOOP_CYCLES, _FILLINGS = 50_000_000, 40, 10
 _STAYS_S, _SHARE, _CONTINUOUS_M, _CYCLE_NS = 1.0, 0.2, 0.04, 100_000_000
 
 
-def rows(seeds: int) -> List[FaultRow]:
-    """Every figure with as many seeds."""
+def rows(seeds: int, tick: Callable[[], object] = lambda: None) -> List[FaultRow]:
+    """Every figure with as many seeds. tick: called after each."""
     rngs = [np.random.default_rng(seed) for seed in range(seeds)]
-    return [
-        *_unplugged(rngs),
-        FaultRow("R2", "silent after any byte, until lost", "300 ms", 0.3, [_silent(rng) for rng in rngs]),
-        _noise(rngs),
-        _started_anew(rngs),
-        *_not_read(rngs),
-        FaultRow("R7", "wheels that do not turn, until told to stop", "1.1 s", 1.1, [_jammed(rng) for rng in rngs]),
-        *_unwell(rngs),
-        _second_instance(rngs),
-    ]
+    found: List[FaultRow] = []
+    for figure in (_unplugged, _silence, _noise, _started_anew, _not_read, _jams, _unwell, _second_instance):
+        found += figure(rngs)
+        tick()
+    return found
+
+
+def _silence(rngs: List[Rng]) -> List[FaultRow]:
+    return [FaultRow("R2", "silent after any byte, until lost", "300 ms", 0.3, [_silent(rng) for rng in rngs])]
+
+
+def _jams(rngs: List[Rng]) -> List[FaultRow]:
+    seconds = [_jammed(rng) for rng in rngs]
+    return [FaultRow("R7", "wheels that do not turn, until told to stop", "1.1 s", 1.1, seconds)]
 
 
 @contextmanager
@@ -103,16 +107,16 @@ def _silent(rng: Rng) -> float:
         return (rig.failed_ns - rig.said_ns) / 1e9
 
 
-def _noise(rngs: List[Rng]) -> FaultRow:
+def _noise(rngs: List[Rng]) -> List[FaultRow]:
     runs = [noisy_drive(rng, NOISY_PACKETS, 0.01) for rng in rngs]
     intact, kept = sum(run.intact for run in runs), sum(run.kept for run in runs)
     implausible, share = sum(run.implausible for run in runs), kept / intact
     remark = f"{100 * share:.3f} % of {intact} intact packets kept, {implausible} implausible states"
     aim = "99.9 % kept, none implausible"
-    return FaultRow("R3", "1 % of the bytes are noise", aim, math.inf, [], remark, share < 0.999 or implausible > 0)
+    return [FaultRow("R3", "1 % of the bytes are noise", aim, math.inf, [], remark, share < 0.999 or implausible > 0)]
 
 
-def _started_anew(rngs: List[Rng]) -> FaultRow:
+def _started_anew(rngs: List[Rng]) -> List[FaultRow]:
     seconds: List[float] = []
     moved = enabled = 0
     jumps: List[float] = []
@@ -131,7 +135,7 @@ def _started_anew(rngs: List[Rng]) -> FaultRow:
             enabled += rig.robot.drive.motors
     bad = moved > 0 or enabled > 0 or max(jumps) > _CONTINUOUS_M
     remark = f"{_stays(moved)}, motors {'on' if enabled else 'off'}, pose within {100 * max(jumps):.0f} cm"
-    return FaultRow("R4", "power off for 0.5 s, until it reports again", "3 s", 3.0, seconds, remark, bad)
+    return [FaultRow("R4", "power off for 0.5 s, until it reports again", "3 s", 3.0, seconds, remark, bad)]
 
 
 def _pose(rig: Rig) -> Pose2D:
@@ -206,7 +210,7 @@ def _told(rng: Rng, inject: Callable[[Rig], None]) -> float:
         return rig.stopped_after_s(injected_ns)
 
 
-def _second_instance(rngs: List[Rng]) -> FaultRow:
+def _second_instance(rngs: List[Rng]) -> List[FaultRow]:
     seconds: List[float] = []
     wrong = lost = 0
     for rng in rngs:
@@ -226,7 +230,7 @@ def _second_instance(rngs: List[Rng]) -> FaultRow:
                 _note(rig, stamps)
             lost += round((max(stamps) - min(stamps)) / _CYCLE_NS) + 1 - len(stamps)
     remark = f"{wrong} not refused by name; the first lost {lost} packets"
-    return FaultRow("R9", "a second instance, until it has ended", "1 s", 1.0, seconds, remark, wrong + lost > 0)
+    return [FaultRow("R9", "a second instance, until it has ended", "1 s", 1.0, seconds, remark, wrong + lost > 0)]
 
 
 def _note(rig: Rig, stamps: Set[int]) -> None:
