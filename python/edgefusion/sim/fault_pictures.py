@@ -12,6 +12,8 @@ import numpy as np
 from edgefusion.sim.faults import Fault
 from edgefusion.sim.live_camera import Picture
 
+_WHITE, _NOISE = 255, 4
+
 
 class FaultyPictures:
     """Takes pictures as they are made, gives those that are sent. now_ns: from when its fault's times count."""
@@ -53,7 +55,7 @@ class FaultyPictures:
         if kind == "garbage":
             return [Picture(picture.stamp_ns, self._noisy(picture.jpeg))]
         if kind == "wrong":
-            return [Picture(picture.stamp_ns, _black_like(picture.jpeg))]
+            return [Picture(picture.stamp_ns, self._covered(picture.jpeg))]
         if kind == "slow":
             self._count += 1
             return [picture] if self._count % round(self._fault.value) == 0 else []
@@ -65,8 +67,10 @@ class FaultyPictures:
         data[hit] ^= self._rng.integers(1, 256, int(hit.sum()), dtype=np.uint8)
         return data.tobytes()
 
-
-def _black_like(jpeg: bytes) -> bytes:
-    """As from behind a cap on the lens."""
-    image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
-    return bytes(cv2.imencode(".jpg", np.zeros_like(image))[1].tobytes())
+    def _covered(self, jpeg: bytes) -> bytes:
+        """As from behind a cap on the lens, a finger, or in the sun."""
+        image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+        cover = np.full(image.shape, round(_WHITE * self._fault.value), np.uint8)
+        if 0 < self._fault.value < 1:  # what is neither black nor burnt out has a sensor's noise
+            cover = np.minimum(cover, _WHITE - _NOISE) + self._rng.integers(0, _NOISE, image.shape, dtype=np.uint8)
+        return bytes(cv2.imencode(".jpg", cover)[1].tobytes())

@@ -17,7 +17,7 @@ KINDS: Dict[str, tuple[float, str]] = {
     "off": (0.0, "sends nothing any more; above 0: from so many bytes on into a frame"),
     "stuck": (0.0, "sends the same again and again, as if it were new"),
     "garbage": (0.01, "share of the bytes that are noise"),
-    "wrong": (0.0, "sends what is well formed and not true"),
+    "wrong": (0.0, "sends what is well formed and not true; a camera: its brightness, 0 to 1"),
     "slow": (4.0, "only one of so many comes"),
     "delayed": (0.3, "comes so many seconds late"),
     "intermittent": (0.5, "share that does not come"),
@@ -42,7 +42,7 @@ class Fault:
             raise RefusedError(f"fault: expected one of {', '.join(COMPONENTS)}, got {self.component!r}")
         if self.kind not in KINDS:
             raise RefusedError(f"fault: {self.component}: expected one of {', '.join(KINDS)}, got {self.kind!r}")
-        if self.kind in ("garbage", "intermittent") and not 0 <= self.value <= 1:
+        if self.kind in ("garbage", "intermittent", "wrong") and not 0 <= self.value <= 1:
             raise RefusedError(f"fault: {self.kind}: expected a share from 0 to 1, got {self.value:g}")
         if self.kind == "slow" and self.value < 1:
             raise RefusedError(f"fault: slow: expected at least 1, got {self.value:g}")
