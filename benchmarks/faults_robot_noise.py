@@ -13,6 +13,7 @@ import numpy as np
 
 from edgefusion.config import BaseConfig, PioneerConfig
 from edgefusion.drivers.pioneer_factors import HALF_WHEEL_BASE, factors_for
+from edgefusion.drivers.pioneer_limits import limits_of
 from edgefusion.drivers.pioneer_reports import Reports
 from edgefusion.drivers.sip import SipReader
 from edgefusion.drivers.sip_status import Status, read_status
@@ -64,7 +65,7 @@ class _Robot:
 def noisy_drive(rng: np.random.Generator, packets: int, error: float) -> NoisyDrive:
     """error: the share of the bytes that are another."""
     robot, reader, run = _Robot(rng), SipReader(), NoisyDrive()
-    reports = Reports(PioneerConfig(), BaseConfig(), factors_for("p3dx-sh", PioneerConfig()), STILL)
+    reports = Reports(PioneerConfig(), limits_of(BaseConfig(), None), factors_for("p3dx-sh", PioneerConfig()), STILL)
     waiting: Deque[Status] = deque(maxlen=_KEEPS)
     for cycle in range(packets):
         packet = robot.step()

@@ -14,10 +14,12 @@ from hypothesis import strategies as st
 
 from edgefusion.config import BaseConfig, PioneerConfig
 from edgefusion.drivers.pioneer_judgement import Judgement
+from edgefusion.drivers.pioneer_limits import limits_of
 from edgefusion.drivers.pioneer_state import RobotState
 from edgefusion.errors import RefusedError
 from edgefusion.types import STILL, Health, HealthState, Twist2D
 
+LIMITS = limits_of(BaseConfig(), None)
 CYCLE_NS = 100_000_000
 NONE = (False,) * 5
 REST = Twist2D()
@@ -27,7 +29,7 @@ VELOCITIES = st.tuples(st.floats(-0.5, 0.5), st.floats(-1.0, 1.0))
 
 def judge(states: list[RobotState], commanded: Optional[Twist2D] = REST) -> list[Health]:
     """Of states that come one cycle after the other."""
-    judgement, pose, healths = Judgement(PioneerConfig(), BaseConfig()), STILL, []
+    judgement, pose, healths = Judgement(PioneerConfig(), LIMITS), STILL, []
     for i, state in enumerate(states):
         pose = pose.compose(state.twist.motion(CYCLE_NS / 1e9))
         healths.append(judgement.judge(replace(state, stamp_ns=i * CYCLE_NS, odometry=pose), commanded))
@@ -65,7 +67,7 @@ def test_wheels_that_do_otherwise_than_told_for_a_second_fail_it(commanded: tupl
 
 
 def test_reports_that_are_stuck_fail_it_though_they_say_the_speed_that_was_told() -> None:
-    judgement = Judgement(PioneerConfig(), BaseConfig())
+    judgement = Judgement(PioneerConfig(), LIMITS)
     stuck = replace(WELL, twist=Twist2D(0.3))
     healths = [judgement.judge(replace(stuck, stamp_ns=i * CYCLE_NS), Twist2D(0.3)) for i in range(20)]
     assert healths[-1].reason == "the wheels do not do what they were told"
@@ -74,7 +76,7 @@ def test_reports_that_are_stuck_fail_it_though_they_say_the_speed_that_was_told(
 @given(steps=st.lists(VELOCITIES, min_size=1, max_size=6), acceleration=st.floats(0.2, 2.0))
 def test_a_drive_that_follows_late_and_by_its_ramps_obeys(steps: list, acceleration: float) -> None:
     base = BaseConfig(acceleration_mps2=acceleration)
-    judgement, v, w = Judgement(PioneerConfig(), base), 0.0, 0.0
+    judgement, v, w = Judgement(PioneerConfig(), limits_of(base, None)), 0.0, 0.0
     commanded, pose = Twist2D(), STILL
     for cycle in range(len(steps) * 15):
         late = commanded

@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from edgefusion.config.navigation import BaseConfig
 from edgefusion.config.pioneer import PioneerConfig
+from edgefusion.drivers.pioneer_limits import Limits
 from edgefusion.drivers.pioneer_state import RobotState
 from edgefusion.types import Health, HealthState, Twist2D
 
@@ -45,10 +45,10 @@ class _Axis:
 class Judgement:
     """Looks at one state after the other."""
 
-    def __init__(self, config: PioneerConfig, base: BaseConfig) -> None:
+    def __init__(self, config: PioneerConfig, limits: Limits) -> None:
         self._config = config
-        self._v = _Axis(base.acceleration_mps2, 0.06)
-        self._w = _Axis(base.yaw_acceleration_radps2, 0.2)
+        self._v = _Axis(limits.acceleration_mps2, 0.06)
+        self._w = _Axis(limits.yaw_acceleration_radps2, 0.2)
         self._last: RobotState | None = None
         self._obeyed_ns = 0
         self._charged_ns: dict[float, int] = {}

@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-from edgefusion.config.navigation import BaseConfig
 from edgefusion.config.pioneer import PioneerConfig
 from edgefusion.drivers.pioneer_factors import Factors
 from edgefusion.drivers.pioneer_judgement import COMPONENT, Judgement
+from edgefusion.drivers.pioneer_limits import Limits
 from edgefusion.drivers.pioneer_odometry import Odometry
 from edgefusion.drivers.pioneer_state import RobotState, robot_state
 from edgefusion.drivers.sip_status import Status
@@ -25,10 +25,10 @@ class Reports:
     do not follow from those before.
     """
 
-    def __init__(self, config: PioneerConfig, base: BaseConfig, factors: Factors, pose: Pose2D) -> None:
+    def __init__(self, config: PioneerConfig, limits: Limits, factors: Factors, pose: Pose2D) -> None:
         self._factors = factors
         self._odometry = Odometry(factors, pose)
-        self._judgement = Judgement(config, base)
+        self._judgement = Judgement(config, limits)
         self._resets_left = 0
         self.state: RobotState | None = None
         self.health = Health(COMPONENT, HealthState.STARTING, "no report yet")

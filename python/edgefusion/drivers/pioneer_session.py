@@ -90,4 +90,4 @@ def begin(line: PioneerLine, config: PioneerConfig, base: BaseConfig, pose: Pose
     line.send(command(Command.SONAR, int(config.sonar)))
     baudrate = None if line.is_socket else line.link.baudrate
     info = RobotInfo(identity, parameters, factors, limits, baudrate)
-    return Session(line, info, motion, Reports(config, base, factors, pose))
+    return Session(line, info, motion, Reports(config, limits, factors, pose))
