@@ -39,7 +39,8 @@ COMMAND = [sys.executable, "-m", "edgefusion.cli", "robot"]
     [
         *((b"w", (1, 0)), (b"S", (-1, 0)), (b"a", (0, 1)), (b"D", (0, -1))),
         *((b"\x1b[A", (1, 0)), (b"\x1b[B", (-1, 0)), (b"\x1bOD", (0, 1)), (b"\x1b[C", (0, -1))),
-        *((b"w ", (0, 0)), (b"wx", (0, 0)), (b"wa", (0, 1))),
+        *((b"w ", (0, 0)), (b"wx", (0, 0)), (b"wa", (0, 1)), (b"w\x1b ", (0, 0)), (b"\x1bw", (1, 0))),
+        *((b"w\x1b[1;5D", (0, 0)), (b"w\x1b[3~", (0, 0)), (b"w\x1b[" + b"1" * 20, (0, 0))),
     ],
 )
 def test_each_key_has_its_way_and_any_other_stops(typed: bytes, way: tuple[int, int]) -> None:
@@ -72,6 +73,13 @@ def test_an_arrow_may_come_in_pieces() -> None:
     for byte in b"\x1b[A":
         keys.press(bytes([byte]), 0)
     assert keys.twist(0) == Twist2D(0.2)
+
+
+def test_an_escape_by_itself_takes_no_other_key_away() -> None:
+    keys = Keys(0.2, 0.5)
+    keys.press(b"\x1b", 0)
+    keys.press(b"q", 0)
+    assert keys.quit
 
 
 def test_keys_drive_stop_and_switch_the_motors(scene: MakeScene) -> None:
@@ -108,6 +116,18 @@ def test_a_robot_that_was_lost_is_found_again_and_counted(scene: MakeScene) -> N
     while not (watch.turn() and watch.has_state):
         pass
     assert watch.facts()["errors"]["reconnections"] == 1
+
+
+def test_a_key_pressed_before_the_robot_was_found_does_not_move_it(scene: MakeScene) -> None:
+    made, keys = scene(SimulatedPioneer()), Keys(0.2, 0.5)
+    keys.press(b"wm", made.clock() + 60_000 * MS)  # held to this day
+    watch = RobotWatch("port", made.driver, keys, made.clock)
+    watch.begin()
+    for _ in range(20):
+        watch.turn()
+    told = [(told.number, told.argument) for _, told in made.robot.firmware.heard]
+    assert (Command.VEL, 200) not in told
+    assert (Command.ENABLE, 0) not in told
 
 
 def test_a_robot_is_told_of_in_lines_that_fit_a_terminal(scene: MakeScene) -> None:
@@ -172,7 +192,7 @@ class Terminal:
         return self.process.wait()
 
 
-@pytest.mark.parametrize(("how", "code"), [("q", 0), ("SIGTERM", 0), ("SIGINT", 130)])
+@pytest.mark.parametrize(("how", "code"), [("q", 0), ("SIGTERM", 0), ("SIGHUP", 0), ("SIGINT", 130)])
 def test_in_a_terminal_it_drives_and_however_it_ends_the_robot_is_told_to_stop(
     tmp_path: Path, how: str, code: int
 ) -> None:
@@ -193,6 +213,20 @@ def test_in_a_terminal_it_drives_and_however_it_ends_the_robot_is_told_to_stop(
             Command.RVEL,
             Command.CLOSE,
         ]
+
+
+def test_what_was_typed_while_the_robot_was_lost_does_not_move_it(tmp_path: Path) -> None:
+    with ServedPioneer(tmp_path / "port") as served:
+        terminal = Terminal(served.port)
+        terminal.until(lambda: (Command.VEL, 200) in served.told(), b"w")
+        served.robot.power_cycle(time.monotonic_ns(), 0.5)
+        terminal.until(lambda: b"health   failed: " in terminal.shown)
+        os.write(terminal.end, b"w" * 100)
+        before = len(served.told())
+        terminal.until(lambda: b" 1 reconnections" in terminal.shown)
+        assert (Command.VEL, 200) not in served.told()[before:]
+        os.write(terminal.end, b"q")
+        assert terminal.code() == 0
 
 
 def test_a_port_that_another_holds_is_refused_with_its_name(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""SIGTERM as an exception, as Ctrl-C is one: what must be done at the end is done wherever the program is."""
+"""Signals as an exception, as Ctrl-C is one: what must be done at the end is done wherever the program is."""
 
 from __future__ import annotations
 
@@ -9,18 +9,28 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Iterator
 
+_ENDS = (signal.SIGTERM, signal.SIGHUP)
+
 
 @contextmanager
-def ended_by_sigterm() -> Iterator[None]:
-    """Within this, SIGTERM raises SystemExit in the main thread, once: what is done at the end is not disturbed by
-    another. It is the usual end of a service, and no failure. For the main thread alone."""
-    before = signal.signal(signal.SIGTERM, _end)
+def ended_by_signals() -> Iterator[None]:
+    """Within this, SIGTERM, and SIGHUP of a terminal that was closed, raise SystemExit in the main thread, once: what
+    is done at the end is not disturbed by another. It is the usual end of a service, and no failure.
+
+    A signal that is ignored stays so, as SIGHUP under nohup. For the main thread alone.
+    """
+    before = {number: signal.getsignal(number) for number in _ENDS}
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
+            signal.signal(number, _end)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
-def _end(number: int, _: FrameType | None) -> None:
-    signal.signal(number, signal.SIG_IGN)
+def _end(_: int, __: FrameType | None) -> None:
+    for number in _ENDS:
+        signal.signal(number, signal.SIG_IGN)
     raise SystemExit(0)

@@ -45,11 +45,21 @@ def show_in_place(watch: RobotWatch, keys: Keys | None, seconds: float) -> int:
 
 def _loop(watch: RobotWatch, keys: Keys | None, show: Callable[[], None], every_ns: int, seconds: float) -> None:
     begun_ns = shown_ns = time.monotonic_ns()
+    there = True
     while time.monotonic_ns() - begun_ns < seconds * 1e9 and not (keys and keys.quit):
-        if keys is not None:
-            keys.press(pressed(sys.stdin.fileno()), time.monotonic_ns())
-        if not watch.turn():
+        _take(keys)
+        was_there, there = there, watch.turn()
+        if keys is not None and there and not was_there:
+            _take(keys)  # what was typed while it was searched for must not move it now
+            keys.let_go()
+        if not there:
             time.sleep(_PAUSE_S)
-        if time.monotonic_ns() - shown_ns >= every_ns:
+        late_ns = time.monotonic_ns() - shown_ns
+        if late_ns >= every_ns or (was_there and not there):
             show()
-            shown_ns += every_ns
+            shown_ns += late_ns // every_ns * every_ns
+
+
+def _take(keys: Keys | None) -> None:
+    if keys is not None:
+        keys.press(pressed(sys.stdin.fileno()), time.monotonic_ns())

@@ -39,8 +39,10 @@ class RobotWatch:
         return self._state is not None
 
     def begin(self) -> None:
-        """Finds the robot for the first time. Raises LinkError, RefusedError."""
+        """Finds the robot; what was pressed before does not move it. Raises LinkError, RefusedError."""
         self._driver.start()
+        if self._keys is not None:
+            self._keys.let_go()
         self._sessions += 1
         self._begun_ns, self._told = self._clock(), Twist2D()
         self._came_ns.clear()

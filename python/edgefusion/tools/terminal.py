@@ -14,7 +14,8 @@ from typing import Iterator, Sequence, TextIO
 
 _UP, _CLEAR_LINE, _CLEAR_BELOW = "\x1b[{}A", "\x1b[2K", "\x1b[J"
 _HIDE, _SHOW = "\x1b[?25l", "\x1b[?25h"
-_KEYS = 64
+_KEYS = 4096
+"""A terminal keeps no more."""
 
 
 class Screen:
