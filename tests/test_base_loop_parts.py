@@ -21,7 +21,7 @@ from edgefusion.service.device_news import DeviceNews
 from edgefusion.service.failure_watch import FailureWatch
 from edgefusion.service.pose_track import PoseTrack
 from edgefusion.service.requests import Requests
-from edgefusion.service.signals import ended_by_sigterm
+from edgefusion.service.signals import ended_by_signals
 from edgefusion.service.wake import Wake
 from edgefusion.types import Health, HealthState, Pose2D, Twist2D
 
@@ -179,15 +179,27 @@ def test_a_failure_is_seen_once_when_it_is_over_and_always_while_it_lasts() -> N
     assert watch.look(DeviceNews(ok, failures=3, failure="gone")) == (ok,)
 
 
-def test_sigterm_ends_what_runs_once_and_lets_it_clean_up() -> None:
-    before, cleaned = signal.getsignal(signal.SIGTERM), []
-    with pytest.raises(SystemExit), ended_by_sigterm():
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_what_runs_once_and_lets_it_clean_up(number: int) -> None:
+    before, cleaned = signal.getsignal(number), []
+    with pytest.raises(SystemExit), ended_by_signals():
         try:
-            os.kill(os.getpid(), signal.SIGTERM)
+            os.kill(os.getpid(), number)
             time.sleep(10)
         finally:
-            os.kill(os.getpid(), signal.SIGTERM)
+            os.kill(os.getpid(), number)
             time.sleep(0.01)
             cleaned.append(math.pi)
     assert cleaned == [math.pi]
-    assert signal.getsignal(signal.SIGTERM) is before
+    assert signal.getsignal(number) is before
+
+
+def test_a_signal_that_was_ignored_stays_so() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ended_by_signals():
+            os.kill(os.getpid(), signal.SIGHUP)
+            time.sleep(0.01)
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)

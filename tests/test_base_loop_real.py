@@ -31,7 +31,7 @@ from pathlib import Path
 from edgefusion.config import Config, MissionConfig, LaserConfig
 from edgefusion.errors import RefusedError
 from edgefusion.service.base_devices import open_base
-from edgefusion.service.signals import ended_by_sigterm
+from edgefusion.service.signals import ended_by_signals
 from edgefusion.types import Goal, Pose2D
 
 config = Config(mission=MissionConfig(interest=()), laser=LaserConfig(baudrate=500000))
@@ -45,7 +45,7 @@ def go():
             time.sleep(0.05)
 
 threading.Thread(target=go, daemon=True).start()
-with ended_by_sigterm():
+with ended_by_signals():
     base.run()
 """
 
