@@ -70,7 +70,10 @@ class FaultyPictures:
     def _covered(self, jpeg: bytes) -> bytes:
         """As from behind a cap on the lens, a finger, or in the sun."""
         image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+        if image is None:  # another fault has broken it
+            return jpeg
         cover = np.full(image.shape, round(_WHITE * self._fault.value), np.uint8)
         if 0 < self._fault.value < 1:  # what is neither black nor burnt out has a sensor's noise
-            cover = np.minimum(cover, _WHITE - _NOISE) + self._rng.integers(0, _NOISE, image.shape, dtype=np.uint8)
+            noise = np.frombuffer(self._rng.bytes(cover.size), np.uint8).reshape(cover.shape) % _NOISE
+            cover = np.minimum(cover, _WHITE - _NOISE) + noise
         return bytes(cv2.imencode(".jpg", cover)[1].tobytes())

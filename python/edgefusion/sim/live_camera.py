@@ -36,6 +36,11 @@ class LiveCamera:
         self.ready, self.fault = False, ""
         self._asked = False
 
+    @property
+    def pid(self) -> int | None:
+        """The child's process id."""
+        return self._child.pid
+
     def ask(self, stamp_ns: int, pose: Pose2D, turn_radps: float) -> bool:
         """Begins a picture from there; False while the last one is not done."""
         if not self.ready or self._asked:
