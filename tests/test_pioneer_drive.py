@@ -73,6 +73,17 @@ def test_a_turn_by_the_robots_own_control_is_not_interrupted(scene: MakeScene) -
     assert made.driver.health.state is HealthState.OK
 
 
+@pytest.mark.parametrize("angle", [math.nan, math.inf, -math.inf])
+def test_a_turn_that_is_no_number_is_refused_and_the_robot_stays_as_it_is(scene: MakeScene, angle: float) -> None:
+    made = scene().started()
+    told = len(made.robot.told)
+    for turn in (made.driver.turn_by, made.driver.turn_to):
+        with pytest.raises(RefusedError, match=f"angle: expected a finite number, got {angle}"):
+            turn(angle)
+    assert len(made.robot.told) == told
+    assert made.driver.info is not None
+
+
 def test_a_heading_is_the_robots_own_also_after_its_counts_began_anew(scene: MakeScene) -> None:
     made = scene().started()
     made.run(3.0, Twist2D(0.0, math.radians(30)))

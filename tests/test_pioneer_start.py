@@ -5,9 +5,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
+from edgefusion.config import BaseConfig, PioneerConfig
+from edgefusion.drivers.link import Link
+from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.drivers.pioneer_line import RobotError
 from edgefusion.drivers.sip_command import Command
 from edgefusion.errors import RefusedError
@@ -78,6 +82,23 @@ def test_no_robot_at_any_speed_is_said(scene: MakeScene) -> None:
         made.driver.start()
     assert made.driver.health.state is HealthState.FAILED
     assert "no answer" in made.driver.health.reason
+
+
+def test_over_a_network_no_speeds_are_tried(scene: MakeScene, tmp_path: Path) -> None:
+    made = scene()
+    made.robot.off = True
+    link = Link("socket://10.0.0.2:8101", 9600, lock_folder=tmp_path, clock=made.clock)
+    began_ns = made.clock()
+    with pytest.raises(RobotError, match=r"socket://10\.0\.0\.2:8101: expected a Pioneer, got no answer$"):
+        Pioneer(link, PioneerConfig(), BaseConfig(), made.clock, made.line.pause).start()
+    assert made.clock() - began_ns < S
+
+
+def test_the_first_word_in_a_session_is_to_stop(scene: MakeScene) -> None:
+    made = scene().started()
+    numbers = [number for number, _ in made.robot.told]
+    opened = numbers.index(Command.OPEN, numbers.index(Command.CLOSE) + 1)  # CLOSE is the number of SYNC2
+    assert numbers[opened + 1] == Command.STOP
 
 
 @pytest.mark.parametrize("checksum_holds", [True, False])

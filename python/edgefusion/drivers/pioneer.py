@@ -106,15 +106,17 @@ class Pioneer:
         self._say(*motion.drive(self._clock(), twist))
 
     def turn_by(self, angle: float) -> None:
-        """Turns on the spot, left positive [rad], by the robot's own control: no age ends it. Raises LinkError."""
+        """Turns on the spot, left positive [rad], by the robot's own control: no age ends it.
+
+        Raises LinkError, RefusedError.
+        """
         motion = self._started("turn_by").motion
-        self._say(*motion.turn(self._clock(), command(Command.DHEAD, round(math.degrees(angle)))))
+        self._say(*motion.turn_by(self._clock(), angle))
 
     def turn_to(self, heading: float) -> None:
-        """The same to a heading in `odom` [rad]. Raises LinkError."""
+        """The same to a heading in `odom` [rad]. Raises LinkError, RefusedError."""
         session = self._started("turn_to")
-        degrees = round(math.degrees(session.reports.robot_heading(heading))) % 360
-        self._say(*session.motion.turn(self._clock(), command(Command.HEAD, degrees)))
+        self._say(*session.motion.turn_to(self._clock(), session.reports.robot_heading(heading)))
 
     def stop(self) -> None:
         """Stops with the usual braking; the motors stay on. Raises LinkError."""

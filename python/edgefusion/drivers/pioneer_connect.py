@@ -27,19 +27,22 @@ _FIRST_STATUS_S, _NEW_SPEED_S = 1.0, 0.9
 
 
 def find(line: PioneerLine, baudrates: Iterable[int]) -> Identity:
-    """Tries the speed that the line has, then the others. The robot is synchronized then, not yet open.
+    """Tries the speed that the line has, then the others; a network has none. The robot is synchronized then, not yet
+    open.
 
     At each speed it is told to stop before anything else: an earlier session may have left it driving.
     Raises RobotError where it answers at none of them.
     """
-    tried = search_order(line.link.baudrate, baudrates)
+    current = line.link.baudrate
+    tried = [current] if line.is_socket else search_order(current, baudrates)
     for baudrate in tried:
         line.switch(baudrate)
         identity = _synchronized(line)
         if identity is not None:
             return identity
     speeds = ", ".join(str(baudrate) for baudrate in dict.fromkeys(tried))
-    raise RobotError(f"{line.link.name}: expected a Pioneer, got no answer at any of {speeds} baud")
+    where = "" if line.is_socket else f" at any of {speeds} baud"
+    raise RobotError(f"{line.link.name}: expected a Pioneer, got no answer{where}")
 
 
 def search_order(current: int, baudrates: Iterable[int]) -> list[int]:
@@ -96,9 +99,10 @@ def _identity(reply: Message) -> Identity | None:
 def open_session(line: PioneerLine) -> RobotConfig | None:
     """Opens it, and asks for the parameters, which old firmware has not and some robots send damaged: None then.
 
+    Its first word in it is to stop: as long as nobody spoke to it, it kept what it was told last.
     Raises RobotError where it does not begin to report.
     """
-    line.send(command(Command.OPEN, 1))
+    line.send(command(Command.OPEN, 1), command(Command.STOP))
     found = None
     for _ in range(_CONFIG_TRIES):
         line.send(command(Command.CONFIG, 1))

@@ -8,6 +8,7 @@ import math
 
 from edgefusion.drivers.pioneer_factors import HALF_WHEEL_BASE
 from edgefusion.drivers.sip_command import Command, command, wheel_speeds
+from edgefusion.errors import RefusedError
 from edgefusion.types import Twist2D
 
 MAX_AGE_NS = 300_000_000
@@ -49,10 +50,13 @@ class Motion:
         """The packets of a stop with the usual braking."""
         return [STOP[0], *self.drive(now_ns, Twist2D())]
 
-    def turn(self, now_ns: int, packet: bytes) -> list[bytes]:
-        """The robot turns by its own control from now on: no velocity comes between."""
-        self._given, self._zeros_until_ns, self._sent_ns = None, now_ns, now_ns
-        return [packet]
+    def turn_by(self, now_ns: int, angle: float) -> list[bytes]:
+        """The robot turns by its own control from now on: no velocity comes between. [rad]. Raises RefusedError."""
+        return self._turn(now_ns, command(Command.DHEAD, _degrees(angle)))
+
+    def turn_to(self, now_ns: int, heading: float) -> list[bytes]:
+        """The same to a heading as the robot counts it [rad]. Raises RefusedError."""
+        return self._turn(now_ns, command(Command.HEAD, _degrees(heading) % 360))
 
     def due(self, now_ns: int) -> list[bytes]:
         """A refresh, zero for what has grown old, or a pulse."""
@@ -67,6 +71,10 @@ class Motion:
             return [command(Command.PULSE)]
         return []
 
+    def _turn(self, now_ns: int, packet: bytes) -> list[bytes]:
+        self._given, self._zeros_until_ns, self._sent_ns = None, now_ns, now_ns
+        return [packet]
+
     def _velocity(self, now_ns: int, twist: Twist2D) -> list[bytes]:
         self._sent_ns = now_ns
         v_mmps, w_dps = round(twist.v_mps * 1e3), round(math.degrees(twist.w_radps))
@@ -78,3 +86,9 @@ class Motion:
 
 def _within(wheel_mmps: float) -> float:
     return max(-_TOP_WHEEL_MMPS, min(_TOP_WHEEL_MMPS, wheel_mmps))
+
+
+def _degrees(angle: float) -> int:
+    if not math.isfinite(angle):
+        raise RefusedError(f"angle: expected a finite number, got {angle}")
+    return round(math.degrees(angle))
