@@ -107,6 +107,18 @@ def test_counts_that_begin_anew_leave_the_pose_where_it_is() -> None:
     assert odometry.pose == where
 
 
+def test_a_lie_that_could_be_true_is_forgotten_when_what_comes_later_belies_it() -> None:
+    odometry = Odometry(SH)
+    odometry.add(0, read_status(sip_body(left=300, right=300)))
+    assert odometry.add(5 * CYCLE_NS, read_status(sip_body(x=250, y=250, left=300, right=300)))
+    for i in range(1, NEW_COUNTS + 1):
+        odometry.add((5 + i) * CYCLE_NS, read_status(sip_body(x=150 + 30 * i, left=300, right=300)))
+    x_m = (150 + 30 * NEW_COUNTS) / 1e3
+    assert odometry.pose == Pose2D(x_m, 0.0)
+    assert odometry.add((6 + NEW_COUNTS) * CYCLE_NS, read_status(sip_body(x=270, left=300, right=300)))
+    assert odometry.pose.x_m == pytest.approx(0.27)
+
+
 @given(theta=st.floats(-3.1, 3.1), own=st.integers(-2047, 2047))
 def test_a_heading_is_turned_into_the_robots_own(theta: float, own: int) -> None:
     odometry = Odometry(SH, Pose2D(1.0, 2.0, theta))

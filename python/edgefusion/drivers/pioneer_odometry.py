@@ -43,13 +43,14 @@ class Odometry:
     def __init__(self, factors: Factors, pose: Pose2D = STILL) -> None:
         self._factors = factors
         self._last: Counts | None = None
+        self._before: tuple[Counts, Pose2D] | None = None
         self._doubtful: Counts | None = None
         self._doubts = 0
         self.pose = pose
 
     def begin_anew(self) -> None:
         """The next SIP is taken for where the pose is now."""
-        self._last = self._doubtful = None
+        self._last = self._before = self._doubtful = None
         self._doubts = 0
 
     def add(self, stamp_ns: int, status: Status) -> bool:
@@ -59,6 +60,7 @@ class Odometry:
             self._doubt(counts)
             return False
         if self._last is not None:
+            self._before = self._last, self.pose
             self.pose = self.pose.compose(self._step(self._last, counts))
         self._last, self._doubtful, self._doubts = counts, None, 0
         return True
@@ -79,7 +81,14 @@ class Odometry:
         self._doubts = self._doubts + 1 if follows else 1
         self._doubtful = counts
         if self._doubts >= NEW_COUNTS:
-            self._last, self._doubtful, self._doubts = counts, None, 0
+            self._believe(counts)
+
+    def _believe(self, counts: Counts) -> None:
+        """The last SIP was a lie, where these counts follow from the one before it; else the robot began anew."""
+        if self._before is not None and self._follows(self._before[0], counts):
+            before, pose = self._before
+            self.pose = pose.compose(self._step(before, counts))
+        self._last, self._before, self._doubtful, self._doubts = counts, None, None, 0
 
     def _follows(self, before: Counts, after: Counts) -> bool:
         """Whether a robot gets from one to the other: so far, at the speeds that it says, and to these speeds."""
