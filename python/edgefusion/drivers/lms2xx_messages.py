@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from edgefusion.drivers.lms2xx_scan import Variant
+from edgefusion.drivers.lms2xx_scan import VARIANTS, Variant
 from edgefusion.errors import RefusedError
 
 STATUS, TYPE, GET_CONFIGURATION = b"\x31", b"\x3a", b"\x74"
@@ -42,11 +42,14 @@ class LaserStatus:
 
 
 def parse_status(payload: bytes) -> LaserStatus:
-    """Raises RefusedError for an answer too short to be one."""
+    """Raises RefusedError for an answer too short to be one, or with a variant that there is not."""
     if len(payload) <= _STATUS_UNIT_AT + 1:
         raise RefusedError(f"status: expected more than {_STATUS_UNIT_AT + 1} bytes, got {len(payload)}")
     angle, resolution = (int.from_bytes(payload[at : at + 2], "little") for at in (_ANGLE_AT, _ANGLE_AT + 2))
-    return LaserStatus(payload[_STATUS_MODE_AT], Variant(angle, resolution), payload[_STATUS_UNIT_AT], payload[-1])
+    variant = Variant(angle, resolution)
+    if variant not in VARIANTS:
+        raise RefusedError(f"status: expected one of {sorted(map(tuple, VARIANTS))}, got {tuple(variant)}")
+    return LaserStatus(payload[_STATUS_MODE_AT], variant, payload[_STATUS_UNIT_AT], payload[-1])
 
 
 def parse_type(payload: bytes) -> str:

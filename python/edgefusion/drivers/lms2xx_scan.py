@@ -40,6 +40,8 @@ _FULL = {
     variant.angle * variant.turns + 1: variant
     for variant in (Variant(180, 100), Variant(180, 50), Variant(100, 100), Variant(100, 50), Variant(100, 25))
 }
+VARIANTS = frozenset(_FULL.values())
+"""All that there are."""
 
 
 @dataclass(frozen=True)
