@@ -63,13 +63,13 @@ class _Robot:
 
 
 def noisy_drive(rng: np.random.Generator, packets: int, error: float) -> NoisyDrive:
-    """error: the share of the bytes that are another."""
+    """error: the share of the bytes that are another. The first packet is intact: that is where the pose begins."""
     robot, reader, run = _Robot(rng), SipReader(), NoisyDrive()
     reports = Reports(PioneerConfig(), limits_of(BaseConfig(), None), factors_for("p3dx-sh", PioneerConfig()), STILL)
     waiting: Deque[Status] = deque(maxlen=_KEEPS)
     for cycle in range(packets):
         packet = robot.step()
-        data = _with_noise(packet, error, rng)
+        data = _with_noise(packet, error if cycle else 0.0, rng)
         if data == packet:
             run.intact += 1
             waiting.append(read_status(packet[3:-2]))
