@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -25,13 +26,14 @@ from sim_scenes import skip_without_renderer
 
 
 @contextmanager
-def served(*options: object, camera: bool = False):
+def served(*options: object, camera: bool = False, start_new_session: bool = False):
     more = [] if camera else ["--no-camera"]
     process = subprocess.Popen(
         [sys.executable, "-m", "edgefusion.cli", "sim", "--json", "--port", "0", *more, *map(str, options)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        start_new_session=start_new_session,
     )
     with process:
         try:
@@ -81,10 +83,20 @@ def test_the_camera_is_a_stream_of_pictures_with_their_stamps() -> None:
     assert len(stamps) == 1 and 0 < stamps[0] <= time.monotonic_ns()
 
 
-def test_interrupted_it_ends_with_0_and_leaves_nothing_behind(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_interrupted_it_ends_with_0_and_leaves_nothing_behind(number: signal.Signals, tmp_path: Path) -> None:
     with served("--links", tmp_path / "dev") as (ports, process):
         assert Path(ports["robot"]).is_symlink() and Path(ports["laser"]).is_symlink()
-    assert process.returncode == 0 and list((tmp_path / "dev").iterdir()) == []
+        process.send_signal(number)
+        assert process.wait(timeout=20) == 0 and not process.stderr.read()
+    assert list((tmp_path / "dev").iterdir()) == []
+
+
+def test_ctrl_c_in_a_terminal_ends_its_renderer_without_a_word() -> None:
+    skip_without_renderer()
+    with served(camera=True, start_new_session=True) as (_, process):
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of them
+        assert process.wait(timeout=20) == 0 and not process.stderr.read()
 
 
 def test_a_fault_is_there_in_its_time(tmp_path: Path) -> None:

@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 from contextlib import suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import NamedTuple
 
@@ -31,7 +33,12 @@ class LiveCamera:
         context = multiprocessing.get_context("spawn")
         self._ours, theirs = context.Pipe()
         self._child = context.Process(target=_render, args=(theirs, world, seed), daemon=True)
-        self._child.start()
+        resource_tracker.ensure_running()  # or start() does it, and lets SIGINT through again
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self._child.start()  # it inherits that: a terminal's Ctrl-C is the parent's, which ends its child
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         theirs.close()
         self.ready, self.fault = False, ""
         self._asked = False
@@ -78,7 +85,7 @@ def _render(pipe: Connection, world: World, seed: int) -> None:
     from edgefusion.errors import RefusedError
     from edgefusion.sim.camera_pictures import CameraPictures
 
-    with suppress(KeyboardInterrupt, EOFError, OSError):
+    with suppress(EOFError, OSError):
         try:
             pictures = CameraPictures(world, seed)
         except RefusedError as error:

@@ -63,16 +63,19 @@ def run(args: argparse.Namespace) -> int:
     import contextlib
     import time
 
+    from edgefusion.service.signals import ended_by_signals
     from edgefusion.sim.live_devices import LiveDevices
 
     _check(args)
-    devices = LiveDevices(_setup(args), time.monotonic_ns())
-    try:
-        _announce(devices, args.json)
-        with contextlib.suppress(KeyboardInterrupt):
-            _pump(devices, args)
-    finally:
-        devices.close()
+    setup = _setup(args)
+    with ended_by_signals():
+        devices = LiveDevices(setup, time.monotonic_ns())
+        try:
+            _announce(devices, args.json)
+            with contextlib.suppress(KeyboardInterrupt):
+                _pump(devices, args)
+        finally:
+            devices.close()
     return 0
 
 
