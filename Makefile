@@ -8,7 +8,7 @@ SOURCES := pyproject.toml CMakeLists.txt $(wildcard cmake/*) $(shell find cpp -n
 CXX_BUILD := build/cpp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench bench-core faults lint format sanitize clean
+.PHONY: help demo test bench bench-core fuzz faults lint format sanitize clean
 
 help: ## list the targets
 	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -27,6 +27,9 @@ bench-core: $(VENV)/.cpp ## the C++ core alone, without Python (Google Benchmark
 
 faults: $(VENV)/.bench ## inject faults into the devices and time what happens, in real time (a few minutes)
 	@$(BIN)/python -m benchmarks.faults $(ARGS)
+
+fuzz: $(VENV)/.edgefusion ## the readers of both wire protocols on streams that no device sends (MINUTES=10)
+	@$(BIN)/python -m benchmarks.fuzz --minutes $(or $(MINUTES),10) $(ARGS)
 
 lint: $(VENV)/.lint ## ruff, clang-format and mypy
 	@$(BIN)/ruff check .
