@@ -29,12 +29,12 @@ _FAR_M, _TURNED, _FASTER_MPS, _FASTER_RADPS = 0.3, math.radians(30), 1.0, 2.0
 @dataclass
 class NoisyDrive:
     """intact: packets of which no byte was noise; kept: those of them that came through. implausible: states that did,
-    and are far from the truth. lost_m: how far off the last pose is."""
+    and are far from the truth. off_m: how far off the pose is that the last intact packet led to."""
 
     intact: int = 0
     kept: int = 0
     implausible: int = 0
-    lost_m: float = 0.0
+    off_m: float = 0.0
 
 
 class _Robot:
@@ -77,7 +77,6 @@ def noisy_drive(rng: np.random.Generator, packets: int, error: float) -> NoisyDr
         for message in reader.feed(data) + reader.give_up():
             if isinstance(message, Status):
                 _judge(run, reports, message, cycle * CYCLE_NS, robot, waiting)
-    run.lost_m = math.dist((reports.pose.x_m, reports.pose.y_m), (robot.pose.x_m, robot.pose.y_m))
     return run
 
 
@@ -90,12 +89,16 @@ def _judge(
     if message in waiting:
         waiting.remove(message)
         run.kept += 1
+        run.off_m = _way_m(state.odometry, robot.pose)
     run.implausible += _is_far(state.odometry, robot.pose) or _is_other(state.twist, robot.twist)
 
 
+def _way_m(pose: Pose2D, truth: Pose2D) -> float:
+    return math.dist((pose.x_m, pose.y_m), (truth.x_m, truth.y_m))
+
+
 def _is_far(pose: Pose2D, truth: Pose2D) -> bool:
-    off = math.dist((pose.x_m, pose.y_m), (truth.x_m, truth.y_m))
-    return off > _FAR_M or abs(math.remainder(pose.theta - truth.theta, 2 * math.pi)) > _TURNED
+    return _way_m(pose, truth) > _FAR_M or abs(math.remainder(pose.theta - truth.theta, 2 * math.pi)) > _TURNED
 
 
 def _is_other(twist: Twist2D, truth: Twist2D) -> bool:
