@@ -16,7 +16,7 @@ from edgefusion.drivers.port_lock import PortBusyError
 from edgefusion.drivers.sip_command import Command
 from edgefusion.sim.fault_frames import SIP
 from edgefusion.sim.fault_wire import FaultyWire
-from edgefusion.sim.faults import Fault
+from edgefusion.sim.faults import KINDS, Fault
 from edgefusion.sim.wire_device import WireDevice
 from pioneer_scenes import packets
 from robot_faults import AHEAD, MS, SEEDS, Driven, MakeDriven, S, driven
@@ -95,3 +95,18 @@ def test_r9_a_second_instance_is_refused_and_the_first_loses_nothing(
     stamps = [state.stamp_ns for state in made.run(3.0, AHEAD)]
     assert len(stamps) == pytest.approx(30, abs=1)
     assert max(after - before for before, after in zip(stamps, stamps[1:])) < 0.12 * S
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(3))
+def test_after_any_fault_of_its_line_it_reports_again_and_nothing_has_died(
+    driven: MakeDriven, seed: int, kind: str
+) -> None:
+    made = driven(seed)
+    fault = Fault("robot", kind, KINDS[kind][0], 0.0, 2.0)
+    made.line.device = FaultyWire(made.robot, SIP, fault, made.rng, made.clock())
+    made.for_s(2.0, AHEAD)
+    made.until(lambda: not made.is_lost, 5)
+    made.for_s(1.0)
+    assert not made.is_lost
+    assert len(made.run(1.0)) == pytest.approx(10, abs=1)
