@@ -4,10 +4,14 @@
 
 from __future__ import annotations
 
+import tempfile
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Iterator
+
+import numpy as np
 
 from edgefusion.config import BaseConfig, PioneerConfig
 from edgefusion.drivers.pioneer import Pioneer
@@ -21,6 +25,7 @@ from edgefusion.sim.wire_device import WireDevice
 from edgefusion.sim.wire_pty import PtyWire
 from edgefusion.types import HealthState, Pose2D, Twist2D
 
+Rng = np.random.Generator
 AHEAD = Twist2D(0.3)
 UNTOUCHED = (False,) * 5
 _PUMP_S, _DRIVE_NS, _PATIENCE_S = 0.001, 50_000_000, 20.0
@@ -162,3 +167,16 @@ class Rig:
         if said:
             wire.write(said)
             self.said_ns = now_ns
+
+
+@contextmanager
+def driven(rng: Rng) -> Iterator[Rig]:
+    """At its speed, for a random while."""
+    with tempfile.TemporaryDirectory() as folder, Rig(Path(folder)) as rig:
+        time.sleep(0.2 * rng.random())
+        yield rig
+
+
+def stays(moved: int) -> str:
+    """In words."""
+    return f"moved {moved} times" if moved else "stays"
