@@ -39,10 +39,12 @@ def _sip_distorted(packet: bytes, rng: Rng) -> bytes:
 
 
 def _lms_length(data: bytes) -> int:
-    if data[0] != lms2xx_telegram.STX:
+    if data[0] != lms2xx_telegram.STX or (len(data) > 1 and data[1] not in lms2xx_telegram.FROM_LASER):
         return 1
-    size = lms2xx_telegram.FRAME_BYTES
-    return size + data[2] + 256 * data[3] if len(data) >= 4 else 0
+    if len(data) < 4:
+        return 0
+    length = lms2xx_telegram.FRAME_BYTES + data[2] + 256 * data[3]
+    return length if length <= lms2xx_telegram.MAX_TELEGRAM_BYTES else 1
 
 
 def _lms_distorted(telegram: bytes, rng: Rng) -> bytes:
