@@ -183,3 +183,13 @@ def test_who_reads_what_is_wanted_ends_with_the_telegram() -> None:
         stream = stream[steps[-1] :]
     assert steps == [1, 3, 5, 1, 3, 5]
     assert stream == b""
+
+
+def test_in_garbage_more_than_a_byte_is_wanted_until_a_telegram_begins() -> None:
+    reader = TelegramReader()
+    reader.feed(b"\xff" * 3)
+    assert reader.wanted_bytes > 10
+    reader.feed(MODE_OK[:4])
+    assert reader.wanted_bytes == 5
+    reader.feed(MODE_OK[4:])
+    assert reader.wanted_bytes == 1

@@ -23,6 +23,7 @@ FROM_LASER = frozenset(range(0x80, 0x85))
 """0x80 + the scanner's address: 0x81 carries what it says by itself after power-on."""
 
 _HEADER_BYTES = 4
+_GARBAGE_BYTES = 64
 
 
 def crc16(data: bytes) -> int:
@@ -86,8 +87,10 @@ class TelegramReader:
     @property
     def wanted_bytes(self) -> int:
         """How many bytes complete what is begun, as far as it can be told: who reads just as many, and no more, knows
-        when the last of them came."""
-        return self._length_at(0) - len(self._pending) if self._pending else 1
+        when the last of them came. In the midst of garbage, some more than one: reading it must not cost a core."""
+        if self._pending:
+            return self._length_at(0) - len(self._pending)
+        return 1 if self._clean else _GARBAGE_BYTES
 
     @property
     def received_bytes(self) -> int:
