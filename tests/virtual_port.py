@@ -17,10 +17,11 @@ _STEP_NS = 2_000_000
 
 
 class VirtualLine:
-    """Where the ports of a test lead. plugged, blocked: what has become of the cable, and of whoever should read."""
+    """Where the ports of a test lead. plugged, blocked: what has become of the cable, and of whoever should read.
+    step_ns: how exactly the time is known at which something came."""
 
-    def __init__(self, device: WireDevice, clock: SimClock) -> None:
-        self.device, self.clock = device, clock
+    def __init__(self, device: WireDevice, clock: SimClock, step_ns: int = _STEP_NS) -> None:
+        self.device, self.clock, self.step_ns = device, clock, step_ns
         self.plugged, self.blocked = True, False
         self.openings = 0
         self.written: list[tuple[int, bytes]] = []
@@ -58,7 +59,7 @@ class VirtualPort:
             self._take()
             if len(self._arrived) >= n or self._line.clock() >= deadline_ns:
                 break
-            self._line.clock.advance(_STEP_NS)
+            self._line.clock.advance(self._line.step_ns)
         data = bytes(self._arrived[:n])
         del self._arrived[:n]
         return data

@@ -19,12 +19,14 @@ from edgefusion.drivers.lms2xx_scan import SCAN, parse_scan, range_mask
 from edgefusion.drivers.lms2xx_setup import difference, read_model, set_speed, set_up, start_stream
 from edgefusion.drivers.lms2xx_status import COMPONENT, health_of
 from edgefusion.drivers.lms2xx_telegram import FRAME_BYTES, Received
-from edgefusion.drivers.lms2xx_timing import first_byte_ns, scan_age_limit_s, silence_limit_s, stamped
+from edgefusion.drivers.lms2xx_timing import first_byte_ns, mean_wait_ns, scan_age_limit_s, silence_limit_s, stamped
 from edgefusion.errors import RefusedError
 from edgefusion.types import Health, HealthState, Scan
 
 ANSWER_S = 0.3
 POWER_ON_BAUD = 9600
+GIVEN_UP_S = 5.0
+"""After so long without a scan from a line that speaks, nothing but a new start can help."""
 
 
 class Lms2xx:
@@ -48,6 +50,8 @@ class Lms2xx:
         self._status: LaserStatus | None = None
         self._model = ""
         self._judgement = Judgement()
+        self._clock = clock
+        self._silence_limit_s, self._scan_ns = math.inf, 0
         self._health = Health(COMPONENT, HealthState.STARTING, "not started")
 
     @property
@@ -79,8 +83,9 @@ class Lms2xx:
             range_mask(status.measuring_mode)
             self._model = read_model(self._line, self._answer_s)
             start_stream(self._line, self._config, self._answer_s)
-            self._judgement = Judgement()
-            self._link.expect_within(silence_limit_s(*self._pace(status)))
+            self._judgement = Judgement(self._line.reader.discarded_bytes)
+            self._silence_limit_s, self._scan_ns = silence_limit_s(*self._pace(status)), self._clock()
+            self._link.expect_within(self._silence_limit_s)
         except (LinkError, RefusedError) as error:
             raise self._failed(error) from None
         self._status = status
@@ -90,13 +95,16 @@ class Lms2xx:
         """The scans that came within 20 ms, in the laser's frame; what is no scan of this scanner is not among them,
         nor one that is not to be driven by: the health says why. moving: whether the robot's wheels turn.
 
-        Raises LinkError where the line is lost or the scanner started anew, as after a dip of its power.
+        Raises LinkError where the line is lost, speaks without a scan for GIVEN_UP_S, or the scanner started anew, as
+        after a dip of its power.
         """
         if self._status is None:
             raise LaserError(f"{self._link.name}: expected start() before read()")
         try:
             found, now_ns = self._line.receive()
-            return [scan for item in found for scan in self._scans(item, self._status, now_ns, moving)]
+            scans = [scan for item in found for scan in self._scans(item, self._status, now_ns, moving)]
+            self._check_pause(now_ns)
+            return scans
         except LinkError as error:
             raise self._failed(error) from None
 
@@ -122,12 +130,24 @@ class Lms2xx:
         except RefusedError as error:
             self._health = Health(COMPONENT, HealthState.DEGRADED, str(error))
             return []
-        first_ns = first_byte_ns(now_ns, item.begin, self._line.reader.received_bytes, self._link.baudrate)
-        scan = stamped(raw, status.measuring_mode, first_ns)
-        self._judgement.line.telegram(len(item.payload) + FRAME_BYTES, self._line.reader.discarded_bytes)
+        self._scan_ns = now_ns
+        baudrate, reader, size = self._link.baudrate, self._line.reader, len(item.payload) + FRAME_BYTES
+        first_ns = first_byte_ns(now_ns, item.begin, reader.received_bytes, baudrate)
+        scan = stamped(raw, status.measuring_mode, first_ns - mean_wait_ns(size, raw.variant.turns, baudrate))
+        self._judgement.line.telegram(size, reader.discarded_bytes)
         fault = self._judgement.fault(raw.values.tobytes(), scan.ranges_m, now_ns, moving)
         self._health = Health(COMPONENT, HealthState.FAILED, fault) if fault else self._health_with(raw.status)
         return [] if fault else [scan]
+
+    def _check_pause(self, now_ns: int) -> None:
+        """A line of noise is not silent."""
+        pause_s = (now_ns - self._scan_ns) / 1e9
+        if pause_s <= self._silence_limit_s:
+            return
+        missed = f"no scan for {pause_s:.2f} s"
+        if pause_s > GIVEN_UP_S:
+            raise LaserError(f"{self._link.name}: {missed}")
+        self._health = Health(COMPONENT, HealthState.FAILED, missed)
 
     def _pace(self, status: LaserStatus) -> tuple[int, int, int]:
         """Beams and mirror turns of what it sends, and the speed of its line."""

@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 Ranges = npt.NDArray[np.float32]
 
-TELEGRAMS = 10
-"""Half of the last so many must have been intact: a checksum of 16 bits lets one broken telegram in 65536 pass."""
+TELEGRAMS, INTACT_SHARE = 20, 0.8
+"""Of the last so many, such a share must have been intact. This checksum lets one of 9000 telegrams pass of which two
+bytes are wrong: on a line on which that is not rare, any scan may be false."""
 
 REPEATS, REPEATED_NS, MET_BEAMS = 5, 1_000_000_000, 30
 """So many equal scans in a row while the wheels turn, or equal ones for so long, with so many beams that met something:
@@ -27,11 +28,11 @@ COVERED_SCANS, COVERED_SHARE, COVERED_M = 2, 0.9, 0.1
 
 
 class LineQuality:
-    """Which of the last telegrams were intact."""
+    """Which of the last telegrams were intact. discarded_bytes: of the stream so far."""
 
-    def __init__(self) -> None:
+    def __init__(self, discarded_bytes: int) -> None:
         self._intact: Deque[bool] = deque(maxlen=TELEGRAMS)
-        self._discarded_bytes = 0
+        self._discarded_bytes = discarded_bytes
 
     def telegram(self, size: int, discarded_bytes: int) -> None:
         """One came that is intact, of so many bytes; discarded_bytes: of the stream, in all, before it."""
@@ -44,7 +45,8 @@ class LineQuality:
     def fault(self) -> str:
         """Empty while the line is good enough."""
         intact, known = sum(self._intact), len(self._intact)
-        return "" if 2 * intact >= known else f"the line is noisy: {intact} of the last {known} telegrams were intact"
+        good = intact >= INTACT_SHARE * known
+        return "" if good else f"the line is noisy: {intact} of the last {known} telegrams were intact"
 
 
 class Repetition:
@@ -83,10 +85,10 @@ class Cover:
 
 
 class Judgement:
-    """All three, of one scanner from its start on."""
+    """All three, of one scanner from its start on. discarded_bytes: of its stream, until then."""
 
-    def __init__(self) -> None:
-        self.line = LineQuality()
+    def __init__(self, discarded_bytes: int = 0) -> None:
+        self.line = LineQuality(discarded_bytes)
         self._repetition, self._cover = Repetition(), Cover()
 
     def fault(self, values: bytes, ranges_m: Ranges, now_ns: int, moving: bool) -> str:

@@ -46,8 +46,11 @@ _VARIANTS = {
 
 
 def find_speed(line: LaserLine, answer_s: float) -> int:
-    """The speed at which the scanner answers; it has stopped streaming then. Raises LaserError where it never does."""
-    for baudrate in SEARCHED:
+    """The speed at which the scanner answers; it has stopped streaming then. Raises LaserError where it never does.
+
+    The line's own comes first: a scanner whose plug was out for a moment still streams.
+    """
+    for baudrate in dict.fromkeys((line.link.baudrate, *SEARCHED)):
         try:
             line.switch(baudrate, 0.0)
             line.ask(STOP, answer_s, _SEARCH_TRIES)

@@ -52,6 +52,15 @@ def first_byte_ns(received_ns: int, begin: int, received_bytes: int, baud: int) 
     return received_ns - line_ns(received_bytes - begin, baud)
 
 
+def mean_wait_ns(size: int, turns: int, baud: int) -> int:
+    """From a scan's last beam to its telegram's first byte, on average.
+
+    A mirror that is faster than the line ends a scan at any time; the newest one is sent when the line gets free.
+    """
+    period_ns = turns * TURN_NS
+    return period_ns // 2 if line_ns(size, baud) > period_ns else 0
+
+
 def beam_times(raw: RawScan) -> npt.NDArray[np.int64]:
     """When each beam was measured, from the middle one's time [ns], int64[n].
 
@@ -65,12 +74,12 @@ def beam_times(raw: RawScan) -> npt.NDArray[np.int64]:
     return from_middle
 
 
-def stamped(raw: RawScan, measuring_mode: int, first_ns: int) -> Scan:
-    """The scan in the laser's frame. first_ns: when the telegram's first byte came, which is when its last beam had
-    been measured. Raises RefusedError for a mode without ranges."""
+def stamped(raw: RawScan, measuring_mode: int, last_ns: int) -> Scan:
+    """The scan in the laser's frame. last_ns: when its last beam had been measured. Raises RefusedError for a mode
+    without ranges."""
     dt_ns = beam_times(raw)
     return Scan(
-        first_ns - int(dt_ns.max()),
+        last_ns - int(dt_ns.max()),
         ranges_of(raw, measuring_mode),
         raw.angle_min,
         raw.angle_increment,
