@@ -24,7 +24,6 @@ from floor_body import FloorBody
 from scripted_pioneer import ScriptedPioneer
 from virtual_port import VirtualLine
 
-
 BODY_STEP_NS = 10_000_000
 
 

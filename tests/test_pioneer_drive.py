@@ -97,6 +97,34 @@ def test_a_heading_is_the_robots_own_also_after_its_counts_began_anew(scene: Mak
     assert made.told(Command.HEAD) == [45]
 
 
+@pytest.mark.parametrize(("heading", "told"), [(-90, 270), (359.8, 0), (-0.2, 0), (180, 180), (725, 5)])
+def test_a_heading_goes_as_whole_degrees_below_360(scene: MakeScene, heading: float, told: int) -> None:
+    made = scene().started()
+    made.driver.turn_to(math.radians(heading))
+    assert made.told(Command.HEAD) == [told]
+
+
+@pytest.mark.parametrize("on", [True, False])
+def test_motors_that_are_switched_move_nothing_until_a_new_command(scene: MakeScene, on: bool) -> None:
+    made = scene().started()
+    made.driver.drive(Twist2D(0.3))
+    before = len(made.robot.told)
+    made.driver.enable_motors(on)
+    assert made.run(0.5)[-1].motors_enabled is on
+    assert (Command.ENABLE, int(on)) in made.robot.told[before:]
+    assert all(argument == 0 for told, argument in made.robot.told[before:] if told in MOVING)
+    assert made.robot.v_mmps == 0
+
+
+def test_reports_that_were_held_up_and_came_at_once_follow_each_other(scene: MakeScene) -> None:
+    made = scene().started()
+    made.run(0.5)
+    made.robot.say = [sip()] * 3
+    stamps_ns = [state.stamp_ns for state in made.run(0.5)]
+    assert len(stamps_ns) >= 7
+    assert all(before < after for before, after in zip(stamps_ns, stamps_ns[1:]))
+
+
 def test_stops_are_said_and_what_was_commanded_is_forgotten(scene: MakeScene) -> None:
     made = scene().started()
     for stop, number in ((made.driver.stop, Command.STOP), (made.driver.e_stop, Command.E_STOP)):
@@ -128,6 +156,17 @@ def test_the_pose_begins_anew_when_that_is_asked_for(scene: MakeScene) -> None:
     made.driver.reset_odometry()
     assert [state.odometry for state in made.run(1.0)] == [Pose2D()] * 10
     assert made.run(1.0, Twist2D(0.3))[-1].odometry.x_m == pytest.approx(0.28, abs=0.04)
+
+
+def test_the_pose_begins_anew_also_where_the_session_ends_at_once(scene: MakeScene) -> None:
+    made = scene().started()
+    made.run(1.0, Twist2D(0.3))
+    made.driver.stop()
+    made.run(0.5)
+    made.driver.reset_odometry()
+    made.driver.close()
+    made.driver.start()
+    assert made.run(0.3)[-1].odometry == Pose2D()
 
 
 def test_unknown_packets_are_skipped_and_counted(scene: MakeScene) -> None:

@@ -28,7 +28,7 @@ def test_whoever_closes_leaves_a_robot_that_was_told_to_stop(scene: MakeScene) -
     made.driver.close()
     assert last_words(made) == [Command.STOP, Command.VEL, Command.RVEL, Command.CLOSE]
     made.driver.start()
-    made.run(0.5)
+    assert made.run(0.5)[-1].motors_enabled
     made.driver.close()
     assert last_words(made) == [Command.STOP, Command.VEL, Command.RVEL, Command.ENABLE, Command.CLOSE]
     assert made.driver.health.state is HealthState.STARTING

@@ -4,14 +4,8 @@
 
 from __future__ import annotations
 
-import math
-from pathlib import Path
-
 import pytest
 
-from edgefusion.config import BaseConfig, PioneerConfig
-from edgefusion.drivers.link import Link
-from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.drivers.pioneer_line import RobotError
 from edgefusion.drivers.sip_command import Command
 from edgefusion.errors import RefusedError
@@ -84,16 +78,6 @@ def test_no_robot_at_any_speed_is_said(scene: MakeScene) -> None:
     assert "no answer" in made.driver.health.reason
 
 
-def test_over_a_network_no_speeds_are_tried(scene: MakeScene, tmp_path: Path) -> None:
-    made = scene()
-    made.robot.off = True
-    link = Link("socket://10.0.0.2:8101", 9600, lock_folder=tmp_path, clock=made.clock)
-    began_ns = made.clock()
-    with pytest.raises(RobotError, match=r"socket://10\.0\.0\.2:8101: expected a Pioneer, got no answer$"):
-        Pioneer(link, PioneerConfig(), BaseConfig(), made.clock, made.line.pause).start()
-    assert made.clock() - began_ns < S
-
-
 def test_the_first_word_in_a_session_is_to_stop(scene: MakeScene) -> None:
     made = scene().started()
     numbers = [number for number, _ in made.robot.told]
@@ -109,6 +93,7 @@ def test_the_parameters_are_read_whatever_their_checksum(scene: MakeScene, check
     assert made.driver.info is not None
     assert made.driver.info.parameters is not None
     assert made.driver.info.parameters.autobaud == 2
+    assert made.told(Command.CONFIG) == [1]
 
 
 def test_a_robot_without_parameters_is_driven_at_the_speed_it_was_found_at(scene: MakeScene) -> None:
@@ -127,18 +112,6 @@ def test_a_robot_that_would_stay_at_another_speed_is_left_at_its_own(scene: Make
     made = scene(robot).started()
     assert robot.baud == 9600
     assert made.told(Command.HOSTBAUD) == []
-
-
-def test_limits_are_set_within_what_the_robot_can(scene: MakeScene) -> None:
-    robot = ScriptedPioneer()
-    robot.config = config_body(top_speed_mmps=400)
-    made = scene(robot).started()
-    assert made.told(Command.SETV) == [400]
-    assert made.told(Command.SETRV) == [60]
-    assert made.told(Command.SETA) == [300, -300]
-    assert made.told(Command.SETRA) == [100, -100]
-    made.driver.drive(Twist2D(0.5, math.radians(90)))
-    assert (made.told(Command.VEL)[-1], made.told(Command.RVEL)[-1]) == (400, 60)
 
 
 def test_motors_are_enabled_and_a_state_says_so(scene: MakeScene) -> None:

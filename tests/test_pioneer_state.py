@@ -53,6 +53,8 @@ def test_what_a_report_leaves_out_is_unknown() -> None:
     assert report.battery_v == pytest.approx(25.1)
     assert report.twist.w_radps == pytest.approx(math.radians(-10))
     assert (report.charging, report.digital_in, report.digital_out, report.temperature_c) == (True, 0xA5, 0x5A, 41)
+    report = state(tail=struct.pack("<5BHBhHhb", 0, 0, 0, 0, 0, 120, 255, 0, 0, 0, -128))
+    assert (report.charging, report.temperature_c) == (None, None)
 
 
 @pytest.mark.parametrize("number", range(16))
