@@ -5,8 +5,11 @@
 from __future__ import annotations
 
 import math
+import struct
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from edgefusion.drivers.sip import SipReader
 from edgefusion.drivers.sip_command import Command, command, wheel_speeds
@@ -15,6 +18,8 @@ from edgefusion.drivers.sip_frame import Packet, frame
 from edgefusion.drivers.sip_status import Status
 from edgefusion.sim.sip_robot import SipRobot
 from edgefusion.sim.sip_robot_character import CHARACTERS, H8, SH, Character
+from edgefusion.sim.sip_robot_wheels import WheelTicks
+from edgefusion.types import Pose2D
 from floor_body import FloorBody
 
 MS = 1_000_000
@@ -191,6 +196,67 @@ def test_headings_and_distances_are_reached_and_kept(packet: bytes, x_m: float, 
     assert math.degrees(host.body.odometry.theta) == pytest.approx(degrees, abs=2)
 
 
+@pytest.mark.parametrize(
+    ("packets", "degrees"),
+    [
+        ([command(Command.HEAD, 180)], 180),
+        ([command(Command.SETRV, 40), command(Command.DHEAD, -170)], -170),
+        ([command(Command.DHEAD, 60), command(22, 30)], 90),
+    ],
+)
+def test_a_long_turn_ends_where_it_should_without_going_beyond(packets: list[bytes], degrees: float) -> None:
+    host = Host().driving()
+    host.say(*packets)
+    turned = []
+    for _ in range(80):
+        host.wait(100)
+        turned.append(math.degrees(host.body.odometry.theta) * math.copysign(1, degrees))
+    assert max(turned) <= abs(degrees) + 1 and turned[-1] == pytest.approx(abs(degrees), abs=2)
+
+
+def test_a_long_way_ends_where_it_should_without_going_beyond() -> None:
+    host = Host().driving()
+    host.say(command(8, 3000))
+    ways_m = []
+    for _ in range(150):
+        host.wait(100)
+        ways_m.append(host.body.odometry.x_m)
+    assert max(ways_m) <= 3.01 and ways_m[-1] == pytest.approx(3, abs=0.01)
+
+
+@pytest.mark.parametrize(("number", "of"), [(Command.SETA, 0.1), (Command.SETRA, math.radians(20))])
+def test_ramps_are_as_gentle_as_the_host_wants_them(number: int, of: float) -> None:
+    host = Host().driving()
+    command_of, turns = (Command.RVEL, True) if number == Command.SETRA else (Command.VEL, False)
+    rate = 20 if turns else 100
+
+    def speed() -> float:
+        return host.body.twist.w_radps if turns else host.body.twist.v_mps
+
+    host.say(command(number, rate), command(number, -2 * rate), command(command_of, 3 * rate))
+    host.wait(1000)
+    assert speed() == pytest.approx(of, rel=0.05)
+    host.wait(3000)
+    assert speed() == pytest.approx(3 * of, rel=0.01)
+    host.say(command(command_of, 0))
+    host.wait(1000)
+    assert speed() == pytest.approx(of, rel=0.05)
+
+
+@pytest.mark.parametrize(("stalls_on", "stops"), [(0, False), (1, True), (2, False), (3, True)])
+def test_a_bump_stalls_and_stops_it_where_it_was_told_so(stalls_on: int, stops: bool) -> None:
+    host = Host().driving()
+    host.say(command(Command.BUMPSTALL, stalls_on), command(Command.VEL, 200))
+    host.wait(1500)
+    host.body.bumpers = ((True,) + (False,) * 4, (False,) * 5)
+    host.wait(1500)
+    status = host.status()
+    assert (host.speed_mps == 0, status.stall_left, status.stall_right) == (stops, stops, stops)
+    host.say(command(Command.VEL, -100))
+    host.wait(1500)
+    assert host.speed_mps == pytest.approx(-0.1)  # so it gets away
+
+
 def test_an_emergency_stop_needs_no_ramp() -> None:
     host = Host().driving()
     host.say(command(Command.VEL, 300))
@@ -264,6 +330,17 @@ def test_each_sonar_fires_every_320_ms_and_reports_that_once() -> None:
     assert host.status().sonars == ()
 
 
+def test_sonars_fire_in_the_order_and_at_the_pace_they_are_polled() -> None:
+    host = Host(baudrate=None).opened()
+    host.say(command(3, bytes([2, 9, 2, 5, 40, 0])), command(48, 20))
+    host.wait(200)
+    reports = [message.sonars for message in host.wait(500) if isinstance(message, Status)]
+    assert [{sonar.number for sonar in each} for each in reports] == [{1, 4, 8}] * 5
+    host.say(command(48, 1000))
+    host.wait(1000)
+    assert sum(len(message.sonars) for message in host.wait(3000) if isinstance(message, Status)) == 6
+
+
 def test_the_button_switches_the_motors_off_and_letting_it_go_does_not_switch_them_on() -> None:
     host = Host().driving()
     host.say(command(Command.VEL, 300))
@@ -281,7 +358,7 @@ def test_bumpers_stalls_battery_and_digital_lines_are_reported() -> None:
     host = Host().opened()
     host.body.bumpers = ((False, True, False, False, False), (True,) + (False,) * 4)
     host.body.stalled = (True, False)
-    host.robot.battery_dv, host.robot.digital_in = 117, 0x0A
+    host.robot.reports.battery_dv, host.robot.reports.digital_in = 117, 0x0A
     host.say(command(Command.DIGOUT, 0x0302))
     host.wait(150)
     status = host.status()
@@ -306,6 +383,37 @@ def test_encoders_and_lines_come_once_or_with_every_report(number: int, kind: in
     assert count(0) <= 1
 
 
+def encoders(host: Host) -> tuple[int, int]:
+    host.heard = b""
+    host.say(command(19, 1))
+    host.wait(100)
+    begin = host.heard.index(b"\xfa\xfb\x0b\x90") + 4
+    return struct.unpack("<ii", host.heard[begin : begin + 8])
+
+
+def test_each_wheel_counts_its_way_forward_and_back_whatever_the_direction() -> None:
+    host = Host(baudrate=None).driving()
+    host.say(command(Command.HEAD, 90))
+    host.wait(5000)
+    turned = host.body.odometry.theta / 0.0056 * 128
+    assert encoders(host) == (pytest.approx(-turned, abs=2000), pytest.approx(turned, abs=2000))
+    left, right = encoders(host)
+    host.say(command(8, -500))
+    host.wait(8000)
+    way = math.hypot(host.body.odometry.x_m, host.body.odometry.y_m) * 1e3 * 128
+    assert encoders(host) == (pytest.approx(left - way, abs=600), pytest.approx(right - way, abs=600))
+    host.say(command(Command.SETO))
+    assert encoders(host) == (pytest.approx(left - way, abs=600), pytest.approx(right - way, abs=600))
+
+
+def test_wheels_that_have_gone_far_count_on_from_below_zero() -> None:
+    wheels = WheelTicks(128, Pose2D(0, 0, 0))
+    for metres in range(1, 20_001, 10):
+        wheels.roll_to(Pose2D(float(metres), 0, 0))
+    way = 19_991_000 * 128
+    assert wheels.ticks == (way - 2**32, way - 2**32)
+
+
 def test_after_a_power_cycle_it_is_closed_with_its_motors_off_and_its_counts_at_zero() -> None:
     host = Host().driving()
     host.say(command(Command.VEL, 300))
@@ -321,6 +429,59 @@ def test_after_a_power_cycle_it_is_closed_with_its_motors_off_and_its_counts_at_
 def test_a_host_that_speaks_before_the_reports_begin_is_not_forgotten() -> None:
     host = Host().opened()
     assert [told.number for _, told in host.robot.heard[:4]] == [0, 1, 2, 1]
+
+
+def test_a_robot_may_say_nothing_to_a_step_out_of_turn() -> None:
+    host = Host(Character("p3dx", 0.485, says_out_of_step=False))
+    host.say(SYNC[1], SYNC[2])
+    assert host.wait(300) == [] and host.opened().robot.open
+
+
+def test_a_step_is_answered_again_when_it_is_said_again() -> None:
+    host = Host()
+    host.say(SYNC[0], SYNC[0], SYNC[1], SYNC[1], SYNC[2], SYNC[2], command(Command.OPEN))
+    assert kinds(host.wait(300)) == [0, 0, 1, 1, 2, 2]
+    assert host.robot.open
+
+
+def test_a_recorded_host_is_answered_as_its_robot_did(shared_data) -> None:
+    """ARIA's connection, drive and farewell, each packet at its time."""
+    host, heard = Host(baudrate=None), []
+    trace = [line.split() for line in (shared_data / "sip" / "sip_session1.hex").read_text().splitlines()]
+    sent = [(float(line[0]), line) for line in trace if len(line) > 6 and line[1] == "C>R"]
+    recorded = [int(line[2][5:], 16) for line in trace if len(line) > 6 and line[1] == "R>C"]
+    for at_s, line in sent:
+        heard += host.wait(max(0, round(at_s * 1e3 - host.now_ns / MS)), pulse=False)
+        host.say(bytes.fromhex("".join(line[line.index("ck=ok") + 1 :])))
+    heard += host.wait(300, pulse=False)
+    replies = [1 if isinstance(message, Status) else 2 for message in heard if not isinstance(message, Packet)]
+    assert kinds(heard) == [kind for kind in recorded if kind in (0, 1, 2)]
+    assert replies[0] == 2 and replies.count(2) == recorded.count(0x20)
+    assert replies.count(1) == pytest.approx(recorded.count(0x32), rel=0.05)
+    assert any(message.motors_enabled and message.left_speed > 100 for message in heard if isinstance(message, Status))
+    assert not host.robot.open and not host.robot.drive.motors
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.one_of(st.binary(max_size=60), st.binary(min_size=1, max_size=20).map(frame)), max_size=30))
+def test_whatever_a_host_says_it_goes_on_and_is_found_again(said: list[bytes]) -> None:
+    host = Host(baudrate=None)
+    host.say(*SYNC, command(Command.OPEN))
+    for data in said:
+        host.say(data)
+        host.robot.transmit(None, host.now_ns)
+        host.now_ns += 100 * MS
+        host.body.base.step(100 * MS)
+    host.say(bytes(300), command(Command.CLOSE), command(Command.CLOSE), command(Command.HOSTBAUD, 0))
+    host.wait(600)
+    assert host.opened().robot.open and isinstance(host.status(), Status)
+
+
+def test_of_what_it_heard_it_remembers_the_newest_only() -> None:
+    host = Host(baudrate=None).opened()
+    for _ in range(30):
+        host.say(command(Command.PULSE) * 1000, command(Command.VEL, 7))
+    assert 10_000 <= len(host.robot.heard) <= 20_000 and host.robot.heard[-1][1].argument == 7
 
 
 def test_characters_are_known_by_their_subtypes() -> None:

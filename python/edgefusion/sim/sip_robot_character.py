@@ -13,7 +13,8 @@ from edgefusion.errors import RefusedError
 @dataclass(frozen=True)
 class Character:
     """distance_mm: of a count of its odometry. counter_bits: where that wraps. watchdog_ms: so long without a command
-    it goes on. autobaud: 2: back at its usual speed after a session. tops: [mm/s], [deg/s], [mm/s^2], [deg/s^2]."""
+    it goes on. autobaud: 2: back at its usual speed after a session. tops: [mm/s], [deg/s], [mm/s^2], [deg/s^2].
+    ticks_per_mm: of its wheels' encoders. says_out_of_step: answers a step out of turn with FF, else with nothing."""
 
     subtype: str
     distance_mm: float
@@ -32,6 +33,8 @@ class Character:
     top_turn_dps: int = 360
     top_speed_mmps2: int = 2000
     top_turn_dps2: int = 300
+    ticks_per_mm: int = 128
+    says_out_of_step: bool = True
 
     def __post_init__(self) -> None:
         if self.counter_bits not in (15, 16):

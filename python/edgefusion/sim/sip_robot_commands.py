@@ -25,6 +25,11 @@ class Told:
         return self.argument if isinstance(self.argument, int) else 0
 
     @property
+    def text(self) -> bytes:
+        """The argument as bytes; none where it is no text."""
+        return self.argument if isinstance(self.argument, bytes) else b""
+
+    @property
     def on(self) -> bool:
         """Whether it switches something on; so does one without an argument."""
         return self.argument is None or bool(self.argument)

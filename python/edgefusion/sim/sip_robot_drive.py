@@ -8,22 +8,23 @@ import math
 
 from edgefusion.drivers.pioneer_factors import HALF_WHEEL_BASE
 from edgefusion.sim.body import Body
+from edgefusion.sim.sip_robot_ramp import Ramp
 from edgefusion.types import Pose2D, Twist2D
 
-_TURN_GAIN, _TURNED = 2.0, math.radians(0.5)
-_MOVE_GAIN, _MOVED_M = 1.0, 0.003
+_TURN_GAIN, _TURNED, _TURN_BRAKE_RADPS2 = 2.0, math.radians(0.5), math.radians(60)
+_MOVE_GAIN, _MOVED_M, _MOVE_BRAKE_MPS2 = 2.0, 0.003, 0.15
 
 
 class Drive:
     """What it was told last, and what becomes of that. Nothing moves while the motors are off.
 
     When nothing is heard for too long it stops; when something is heard again it goes on with what it was told last,
-    as the firmware of a real one does.
+    as the firmware of a real one does. speed, turn: their limits; the body may be slower.
     """
 
-    def __init__(self, body: Body, top_speed_mps: float, top_yaw_rate_radps: float) -> None:
-        self._body = body
-        self.top_speed_mps, self.top_yaw_rate_radps = top_speed_mps, top_yaw_rate_radps
+    def __init__(self, body: Body, speed: Ramp, turn: Ramp, now_ns: int) -> None:
+        self._body, self._now_ns = body, now_ns
+        self.speed, self.turn = speed, turn
         self.motors = self.starving = False
         self._v_mps = self._w_radps = 0.0
         self._heading: float | None = None
@@ -50,6 +51,10 @@ class Drive:
         """From where it is."""
         self.turn_to(self._body.odometry.theta + angle)
 
+    def turn_on_by(self, angle: float) -> None:
+        """From where it was told to turn to."""
+        self.turn_to((self._body.odometry.theta if self._heading is None else self._heading) + angle)
+
     def move(self, way_m: float) -> None:
         """Straight on, or back."""
         self._v_mps, self._move = 0.0, (self._body.odometry, way_m)
@@ -62,17 +67,17 @@ class Drive:
     def halt(self) -> None:
         """Without one."""
         self.stop()
+        self.speed.halt()
+        self.turn.halt()
         self._body.halt()
 
-    def run(self) -> None:
+    def run(self, now_ns: int) -> None:
         """Passes on what it was told, as of now."""
-        if not self.motors or self.starving:
-            self._body.command(Twist2D())
-            return
-        v_mps, w_radps = self._speed(), self._turn()
-        self._body.command(
-            Twist2D(_clipped(v_mps, self.top_speed_mps), _clipped(w_radps, self.top_yaw_rate_radps)),
-        )
+        dt_s, self._now_ns = max(0, now_ns - self._now_ns) / 1e9, max(now_ns, self._now_ns)
+        still = not self.motors or self.starving
+        v_mps = self.speed.towards(0.0 if still else self._speed(), dt_s)
+        w_radps = self.turn.towards(0.0 if still else self._turn(), dt_s)
+        self._body.command(Twist2D(v_mps, w_radps))
 
     def _speed(self) -> float:
         if self._move is None:
@@ -82,14 +87,15 @@ class Drive:
         if abs(left_m) < _MOVED_M:
             self._move = None
             return 0.0
-        return _MOVE_GAIN * left_m
+        return _approach(left_m, _MOVE_GAIN, _MOVE_BRAKE_MPS2)
 
     def _turn(self) -> float:
         if self._heading is None:
             return self._w_radps
         left = math.remainder(self._heading - self._body.odometry.theta, 2 * math.pi)
-        return 0.0 if abs(left) < _TURNED else _TURN_GAIN * left
+        return 0.0 if abs(left) < _TURNED else _approach(left, _TURN_GAIN, _TURN_BRAKE_RADPS2)
 
 
-def _clipped(value: float, top: float) -> float:
-    return max(-top, min(top, value))
+def _approach(left: float, gain: float, brake: float) -> float:
+    """The speed from which it can still come to rest where it is to."""
+    return math.copysign(min(gain * abs(left), math.sqrt(2 * brake * abs(left))), left)

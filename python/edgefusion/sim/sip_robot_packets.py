@@ -34,7 +34,9 @@ def parameters(character: Character) -> bytes:
     body += struct.pack("<2H", c.top_turn_dps, c.top_speed_mmps)
     body += struct.pack("<5H", c.top_turn_dps2, c.top_turn_dps2, 40, 20, 0)
     body += struct.pack("<5H", c.top_speed_mmps2, c.top_speed_mmps2, 40, 30, 0)
-    body += struct.pack("<6B", 5, 5, 0, 40, c.autobaud, 0) + struct.pack("<hBBHH", 0, 0, 0, 0, _SHUTDOWN_DV)
+    body += struct.pack("<6B", 5, 5, 0, 40, c.autobaud, 0) + struct.pack(
+        "<hBBHH", 0, 0, 0, c.ticks_per_mm, _SHUTDOWN_DV
+    )
     body += _text(c.firmware)
     packet = frame(body)
     return packet if c.config_packet == "right" else packet[:-2] + bytes(byte ^ 0x55 for byte in packet[-2:])
