@@ -92,11 +92,27 @@ def test_the_handshake_echoes_each_step_and_ends_with_three_names() -> None:
 
 def test_a_step_out_of_turn_is_answered_with_ff_and_the_handshake_begins_again() -> None:
     host = Host()
-    host.say(SYNC[2])
-    assert kinds(host.wait(50)) == [0xFF]
+    host.say(SYNC[0], SYNC[2])
+    assert kinds(host.wait(50)) == [0, 0xFF]
     host.say(SYNC[1])
-    assert kinds(host.wait(50)) == [0xFF]
+    assert kinds(host.wait(50)) == []
     assert host.opened().robot.open
+
+
+def test_closing_what_is_closed_is_not_answered_and_does_not_disturb_the_handshake() -> None:
+    host = Host()
+    host.say(command(Command.CLOSE), SYNC[0])
+    assert kinds(host.wait(50)) == [0]
+    assert host.opened().robot.open
+
+
+def test_nothing_is_heard_of_a_session_after_it_was_closed() -> None:
+    host = Host().opened()
+    while not host.robot.line.busy:
+        host.wait(1)
+    host.say(command(Command.CLOSE, 1))
+    host.heard = b""
+    assert host.wait(300) == [] and host.heard == b""
 
 
 def test_in_an_open_session_a_sync_is_a_pulse_and_only_reports_come() -> None:
@@ -330,6 +346,21 @@ def test_each_sonar_fires_every_320_ms_and_reports_that_once() -> None:
     assert host.status().sonars == ()
 
 
+@pytest.mark.parametrize(
+    "packet",
+    [
+        command(3, bytes([1, 2, 3, 4, 9])),
+        frame(bytes([3, 0x2B, 5, 1, 2, 3, 4, 9, 0])),
+        frame(bytes([3, 0x2B, 1, 2, 3, 4, 9, 0])),
+    ],
+    ids=["length", "length and zero byte", "zero byte"],
+)
+def test_a_text_is_understood_as_any_host_sends_it(packet: bytes) -> None:
+    host = Host().opened()
+    host.say(packet)
+    assert host.robot.heard[-1][1].text == bytes([1, 2, 3, 4, 9])
+
+
 def test_sonars_fire_in_the_order_and_at_the_pace_they_are_polled() -> None:
     host = Host(baudrate=None).opened()
     host.say(command(3, bytes([2, 9, 2, 5, 40, 0])), command(48, 20))
@@ -433,8 +464,8 @@ def test_a_host_that_speaks_before_the_reports_begin_is_not_forgotten() -> None:
 
 def test_a_robot_may_say_nothing_to_a_step_out_of_turn() -> None:
     host = Host(Character("p3dx", 0.485, says_out_of_step=False))
-    host.say(SYNC[1], SYNC[2])
-    assert host.wait(300) == [] and host.opened().robot.open
+    host.say(SYNC[0], SYNC[2])
+    assert kinds(host.wait(300)) == [0] and host.opened().robot.open
 
 
 def test_a_step_is_answered_again_when_it_is_said_again() -> None:

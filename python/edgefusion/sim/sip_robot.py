@@ -137,6 +137,7 @@ class SipRobot:
         self.drive.motors = False
         self._handshake = Handshake(self.character)
         self.reports.end()
+        self._line.clear()
         if self.character.autobaud == 2:
             self._line.baudrate = self.character.baudrate
 

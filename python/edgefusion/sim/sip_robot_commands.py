@@ -42,8 +42,16 @@ def told(packet: Packet) -> Told:
         value = int.from_bytes(body[2:4], "little")
         return Told(body[0], -value if body[1] == _NEGATIVE else value)
     if len(body) >= 3 and body[1] == _TEXT:
-        return Told(body[0], body[3 : 3 + body[2]])
+        return Told(body[0], _text(body[2:]))
     return Told(body[0])
+
+
+def _text(argument: bytes) -> bytes:
+    """Most hosts send its length first, some with a zero byte behind it, some the zero byte alone."""
+    length, text = argument[0], argument[1:]
+    if text[length:] not in (b"", b"\0") and argument.endswith(b"\0"):
+        return argument[:-1]
+    return text[:length]
 
 
 def wheels_of(value: int) -> tuple[int, int]:

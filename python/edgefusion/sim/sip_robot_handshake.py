@@ -18,11 +18,14 @@ class Handshake:
         self.done = False
 
     def answer(self, number: int) -> bytes:
-        """What is said to a command. A step that is said again is answered again: its answer may have been lost."""
+        """What is said to a command. A step that is said again is answered again: its answer may have been lost.
+
+        Before the first step nothing is out of turn: a host that closes what is closed gets no answer.
+        """
         if self._step == 3 and number == Command.OPEN:
             self.done = True
             return b""
-        if number > 2:
+        if number > 2 or (number and not self._step):
             return b""
         if number and self._step not in (number, number + 1):
             self._step = 0
