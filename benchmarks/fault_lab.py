@@ -40,13 +40,14 @@ class FaultLab:
     def __init__(self, seed: int, baudrate: Literal[38400, 500000] = 500000) -> None:
         self._rng = np.random.default_rng(seed)
         self._lock, self._over = threading.Lock(), threading.Event()
-        setup = LiveSetup(ROOM, seed, robot_port=0, camera=False, laser_left_at=9600)
+        self._folder = tempfile.TemporaryDirectory()
+        folder = Path(self._folder.name)
+        setup = LiveSetup(ROOM, seed, robot_port=0, camera=False, laser_left_at=9600, links=folder)
         self.devices = LiveDevices(setup, system_clock())
         self.config = Config(laser=LaserConfig(baudrate=baudrate))
-        self._locks = tempfile.TemporaryDirectory()
         ports = self.devices.robot_pty.name, self.devices.laser_pty.name
         self.outputs: List[Outputs] = []
-        self.base = open_base(self.config, *ports, watcher=self.outputs.append, lock_folder=Path(self._locks.name))
+        self.base = open_base(self.config, *ports, watcher=self.outputs.append, lock_folder=folder)
         self._threads = [threading.Thread(target=self._pump), threading.Thread(target=self.base.run)]
 
     def __enter__(self) -> FaultLab:
@@ -60,7 +61,7 @@ class FaultLab:
         self._over.set()
         self._threads[0].join()
         self.devices.close()
-        self._locks.cleanup()
+        self._folder.cleanup()
 
     def _pump(self) -> None:
         while not self._over.wait(_PUMP_S):
@@ -94,6 +95,18 @@ class FaultLab:
         """Returns when."""
         with self._lock:
             self.devices.mend()
+            return system_clock()
+
+    def unplug_laser(self) -> int:
+        """Returns when."""
+        with self._lock:
+            self.devices.unplug_laser()
+            return system_clock()
+
+    def plug_laser(self) -> int:
+        """Returns when."""
+        with self._lock:
+            self.devices.plug_laser()
             return system_clock()
 
     def stopped_after_s(self, since_ns: int, within_s: float = 5.0) -> float:

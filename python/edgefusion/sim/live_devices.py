@@ -54,6 +54,7 @@ class LiveDevices:
     """Served from when it is made until it is closed. pump() is to be called every few milliseconds; it never waits."""
 
     def __init__(self, setup: LiveSetup, now_ns: int) -> None:
+        self._setup = setup
         self._rngs = np.random.SeedSequence(setup.seed).spawn(64)
         self._start_ns = now_ns
         self._closing: List[PtyWire | TcpWire | LiveCamera | MjpegServer] = []
@@ -118,6 +119,17 @@ class LiveDevices:
         """Robot and laser are well again."""
         self._server.replace(0, self.robot)
         self._server.replace(1, self.laser)
+
+    def unplug_laser(self) -> None:
+        """Its cable, from the host: its port vanishes, with whatever was under way."""
+        self._server.rewire(1)
+        self._closing.remove(self.laser_pty)
+        self.laser_pty.close()
+
+    def plug_laser(self) -> None:
+        """In again: another port, at the same link where there are links."""
+        self.laser_pty = self._pty(self._setup, "laser")
+        self._server.rewire(1, self.laser_pty)
 
     def pump(self, now_ns: int) -> None:
         """The world goes on until now, and everything that has left its device by then is carried."""

@@ -32,6 +32,10 @@ class WireServer:
         self._served[number] = device, wires
         return before
 
+    def rewire(self, number: int, *wires: Wire) -> None:
+        """From now on the device with this number is at the end of these."""
+        self._served[number] = self._served[number][0], wires
+
     def pump(self, now_ns: int) -> None:
         """Carries what there is, and never waits: to be called every few milliseconds."""
         for device, wires in self._served:
