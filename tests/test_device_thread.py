@@ -232,7 +232,7 @@ class Driver:
         rear = {9: 0.5, 12: 1.0, 3: 0.7}
         return [RobotState(0, Pose2D(), Twist2D(), 12.0, True, False, False, False, (), (), rear)]
 
-    def drive(self, twist: Twist2D) -> None:
+    def drive(self, twist: Twist2D, given_ns: int | None = None) -> None:
         self.told.append(twist)
 
     def stop(self) -> None:

@@ -52,6 +52,16 @@ def test_a_velocity_is_refreshed_and_is_zero_once_it_is_old(scene: MakeScene) ->
     assert velocities.count(0) >= 5  # a robot that missed one would go on for ever
 
 
+@pytest.mark.parametrize(("age_ms", "drives_for_ms"), [(0, 300), (200, 100), (400, 0), (-5000, 300)])
+def test_the_age_of_a_velocity_counts_from_when_it_was_worked_out(scene: MakeScene, age_ms, drives_for_ms) -> None:
+    made = scene().started()
+    handed_ns = made.clock()
+    made.driver.drive(Twist2D(0.3), handed_ns - age_ms * S // 1000)
+    while made.robot.v_mmps:
+        made.driver.poll()
+    assert drives_for_ms <= (made.clock() - handed_ns) / 1e6 <= drives_for_ms + 40
+
+
 def test_an_idle_robot_is_pulsed_at_least_once_a_second(scene: MakeScene) -> None:
     made = scene().started()
     made.run(2.0)

@@ -100,10 +100,13 @@ class Pioneer:
             self._take_over(session)
             return states
 
-    def drive(self, twist: Twist2D) -> None:
-        """The velocity to keep for the next 0.3 s, clipped to what the robot may; then it is zero. Raises LinkError."""
+    def drive(self, twist: Twist2D, given_ns: int | None = None) -> None:
+        """The velocity to keep until 0.3 s after it was worked out, clipped to what the robot may; then it is zero.
+
+        given_ns: when that was, by the driver's clock; by default now. Raises LinkError.
+        """
         motion = self._started("drive").motion
-        self._say(*motion.drive(self._clock(), twist))
+        self._say(*motion.drive(self._clock(), twist, given_ns))
 
     def turn_by(self, angle: float) -> None:
         """Turns on the spot, left positive [rad], by the robot's own control: no age ends it.

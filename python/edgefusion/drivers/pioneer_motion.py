@@ -38,11 +38,15 @@ class Motion:
         """What the robot is to do now; None while it turns by its own control."""
         return self._given
 
-    def drive(self, now_ns: int, twist: Twist2D) -> list[bytes]:
-        """The packets of a new velocity, clipped to the limits, in whole mm/s and deg/s."""
+    def drive(self, now_ns: int, twist: Twist2D, given_ns: int | None = None) -> list[bytes]:
+        """The packets of a new velocity, clipped to the limits, in whole mm/s and deg/s. given_ns: when it was worked
+        out, from which its age counts; by default now. One that is too old already is zero."""
+        given_ns = now_ns if given_ns is None else min(given_ns, now_ns)
+        if now_ns - given_ns > MAX_AGE_NS:
+            twist = Twist2D()
         v_mps = max(-self._max_speed_mps, min(self._max_speed_mps, twist.v_mps))
         w_radps = max(-self._max_yaw_rate_radps, min(self._max_yaw_rate_radps, twist.w_radps))
-        self._given, self._given_ns = Twist2D(v_mps, w_radps), now_ns
+        self._given, self._given_ns = Twist2D(v_mps, w_radps), given_ns
         self._zeros_until_ns = now_ns + MAX_AGE_NS + _ZEROS_NS
         return self._velocity(now_ns, self._given)
 

@@ -35,7 +35,7 @@ class RobotDriver(Protocol):
 
     def poll(self) -> list[RobotState]: ...
 
-    def drive(self, twist: Twist2D) -> None: ...
+    def drive(self, twist: Twist2D, given_ns: int | None = None) -> None: ...
 
     def stop(self) -> None: ...
 
@@ -97,7 +97,7 @@ class RobotDevice:
         if enable:
             self._driver.enable_motors()
         if command is not None and self._clock() - command[0] <= MAX_AGE_NS:
-            self._driver.drive(command[1])
+            self._driver.drive(command[1], command[0])
         return reports
 
     def close(self) -> None:
