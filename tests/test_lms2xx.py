@@ -15,7 +15,7 @@ from edgefusion.drivers.link import Link, LinkError
 from edgefusion.drivers.lms2xx import Lms2xx
 from edgefusion.drivers.lms2xx_line import LaserError
 from edgefusion.drivers.lms2xx_telegram import encode
-from edgefusion.drivers.lms2xx_timing import TURN_NS, line_ns
+from edgefusion.drivers.lms2xx_timing import TURN_NS, line_ns, mean_wait_ns
 from edgefusion.errors import RefusedError
 from edgefusion.types import HealthState, Scan
 from scripted_lms2xx import ScriptedLms2xx
@@ -75,7 +75,7 @@ def test_a_scan_is_stamped_when_its_middle_beam_was_measured(tmp_path: Path) -> 
             scan = session.scan()
         after_ns = time.monotonic_ns()
         assert scan.beam_dt_ns is not None
-        older_ns = line_ns(732, 38400) + int(scan.beam_dt_ns.max())
+        older_ns = line_ns(732, 38400) + mean_wait_ns(732, 2, 38400) + int(scan.beam_dt_ns.max())
         assert before_ns <= scan.stamp_ns + older_ns <= after_ns
         assert scan.beam_dt_ns.max() == pytest.approx(TURN_NS * 1.25, rel=0.01)
 

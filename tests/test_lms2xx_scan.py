@@ -14,7 +14,16 @@ from hypothesis import strategies as st
 from edgefusion.drivers.lms2xx_scan import RawScan, parse_scan, range_max_m, ranges_of
 from edgefusion.drivers.lms2xx_status import health_of
 from edgefusion.drivers.lms2xx_telegram import encode
-from edgefusion.drivers.lms2xx_timing import TURN_NS, beam_times, first_byte_ns, line_ns, stamped
+from edgefusion.drivers.lms2xx_timing import (
+    TURN_NS,
+    beam_times,
+    first_byte_ns,
+    line_ns,
+    mean_wait_ns,
+    scan_age_limit_s,
+    silence_limit_s,
+    stamped,
+)
 from edgefusion.errors import RefusedError
 from edgefusion.sim.laser import LaserSpec, SimLaser
 from edgefusion.types import HealthState
@@ -163,3 +172,18 @@ def test_the_last_beam_was_measured_when_the_first_byte_came(count: int) -> None
     assert scan.beam_dt_ns[count // 2] == 0
     assert (scan.stamp_ns + scan.beam_dt_ns).max() == 5_000_000_000
     assert scan.range_max_m == pytest.approx(8.183)
+
+
+@pytest.mark.parametrize(
+    ("beams", "turns", "baud", "silence_s", "age_s"),
+    [(361, 2, 38400, 0.4766, 0.7439), (361, 2, 500000, 0.15, 0.158), (181, 1, 500000, 0.15, 0.1041)],
+)
+def test_limits_come_of_the_line_and_the_mirror(beams, turns, baud, silence_s: float, age_s: float) -> None:
+    assert silence_limit_s(beams, turns, baud) == pytest.approx(silence_s, abs=0.0005)
+    assert scan_age_limit_s(beams, turns, baud) == pytest.approx(age_s, abs=0.0005)
+
+
+def test_only_over_a_line_slower_than_the_mirror_a_scan_waits() -> None:
+    assert mean_wait_ns(732, 2, 38400) == pytest.approx(TURN_NS, abs=1)
+    assert mean_wait_ns(372, 1, 38400) == pytest.approx(TURN_NS / 2, abs=1)
+    assert mean_wait_ns(732, 2, 500000) == mean_wait_ns(372, 1, 500000) == 0
