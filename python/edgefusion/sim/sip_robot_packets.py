@@ -74,9 +74,9 @@ def encoders(left: int, right: int) -> bytes:
 
 
 def io(digital: Tuple[int, int], bumpers: Tuple[int, int]) -> bytes:
-    """The IOpac: digital inputs, the bumpers, digital outputs, no analog ones."""
+    """The IOpac: digital inputs, the bumpers, no infrared; digital outputs; no analog inputs."""
     front, rear = bumpers
-    return frame(bytes([_IO, 3, digital[0], front, rear, 1, digital[1], 0]))
+    return frame(bytes([_IO, 4, digital[0], front, rear, 0, 1, digital[1], 0]))
 
 
 def _text(text: str) -> bytes:
