@@ -87,13 +87,13 @@ def test_a_command_is_acknowledged_within_60_ms_and_then_answered() -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "code", "size"), [(STATUS, 0xB1, 153), (TYPE, 0xBA, 22), (ERRORS, 0xB2, 2), (CONFIGURATION, 0xF4, 34)]
+    ("command", "code", "size"), [(STATUS, 0xB1, 154), (TYPE, 0xBA, 23), (ERRORS, 0xB2, 2), (CONFIGURATION, 0xF4, 34)]
 )
 def test_it_tells_what_it_is(command: bytes, code: int, size: int) -> None:
     answer = Client().ask(command)
     assert answer[0] == code and len(answer) == size and answer[-1] == 0x10
     if command == TYPE:
-        assert answer[1:].startswith(b"LMS200;30106;V")
+        assert answer[1:].startswith(b"LMS200;301063;V")
 
 
 def test_its_status_says_what_it_measures() -> None:
@@ -174,12 +174,12 @@ def test_its_memory_is_written_in_installation_mode_only_and_takes_seconds() -> 
     client = Client()
     block = bytearray(client.ask(CONFIGURATION)[1:-1])
     block[5:7] = bytes([4, 0])
-    assert client.ask(b"\x77" + bytes(block))[:2] == b"\xf7\x00" and client.scanner.written == 0
+    assert client.ask(b"\x77" + bytes(block))[:2] == b"\xf7\x00" and client.scanner.settings.written == 0
     assert client.ask(b"\x20\x00SICK_PLS") == b"\xa0\x01\x10"
     assert client.ask(INSTALL) == b"\xa0\x00\x10"
     client.say(encode(b"\x77" + bytes(block)))
     assert [item for _, item in client.wait(2900) if item.handshake is None] == []
-    assert client.wait(500)[-1][1].payload[:2] == b"\xf7\x01" and client.scanner.written == 1
+    assert client.wait(500)[-1][1].payload[:2] == b"\xf7\x01" and client.scanner.settings.written == 1
     client.scanner.power_cycle(client.now_ns, 1.0)
     client.wait(2000)
     assert parse_status(client.ask(STATUS)).measuring_mode == 4
@@ -194,7 +194,7 @@ def test_power_on_is_said_at_9600_under_another_address_and_all_but_the_memory_i
     assert client.wait(4900) == []
     client.heard = b""
     (_, item), *_ = client.wait(500)
-    assert item.payload.startswith(b"\x90LMS200;30106;V") and client.heard[1] == 0x81
+    assert item.payload.startswith(b"\x90LMS200;301063;V") and client.heard[1] == 0x81
     assert parse_status(client.ask(STATUS)).variant == (180, 100)
 
 
@@ -208,7 +208,7 @@ def test_a_reset_is_answered_before_it_happens() -> None:
 @pytest.mark.parametrize(("mode", "max_m"), [(0, 8.183), (3, 16.375), (6, 32.759)])
 def test_what_is_too_far_and_what_is_unknown_have_their_values_in_every_mode(mode: int, max_m: float) -> None:
     client = Client(ranges=[math.inf, math.nan, 8.5, 1.234])
-    client.scanner.block[5] = mode
+    client.scanner.settings.block[5] = mode
     raw = parse_scan(client.ask(ONE))
     got = ranges_of(raw, mode)
     assert range_max_m(raw, mode) == pytest.approx(max_m)
@@ -218,14 +218,14 @@ def test_what_is_too_far_and_what_is_unknown_have_their_values_in_every_mode(mod
 
 def test_a_scan_in_centimetres_says_so() -> None:
     client = Client(ranges=[1.234])
-    client.scanner.block[6] = 0
+    client.scanner.settings.block[6] = 0
     raw = parse_scan(client.ask(ONE))
     assert raw.unit_m == 0.01 and ranges_of(raw, 0)[0] == pytest.approx(1.23)
 
 
 def test_real_time_indices_are_skipped_by_our_reader() -> None:
     client = Client()
-    client.scanner.block[4] |= 0x02
+    client.scanner.settings.block[4] |= 0x02
     payload = client.ask(ONE)
     assert len(payload) == 1 + 2 + 2 * 181 + 2 and len(parse_scan(payload).values) == 181
 
