@@ -72,6 +72,18 @@ def test_bytes_go_both_ways(pty, make_link):
     assert link.read(100) == b""
 
 
+def test_it_tells_how_much_waits_to_be_read(pty, make_link):
+    link = make_link(pty.path)
+    link.open()
+    os.write(pty.master, b"from it")
+    assert link.read(3) == b"fro"
+    assert link.waiting_bytes == 4
+    pty.unplug()
+    with pytest.raises(LinkLostError, match="vanished"):
+        link.waiting_bytes  # noqa: B018
+    assert not link.is_open
+
+
 def test_a_socket_is_a_port_too(make_link):
     with socket.create_server(("127.0.0.1", 0)) as server:
         link = make_link(f"socket://127.0.0.1:{server.getsockname()[1]}")

@@ -16,6 +16,7 @@ from edgefusion.drivers.lms2xx_status import health_of
 from edgefusion.drivers.lms2xx_telegram import encode
 from edgefusion.drivers.lms2xx_timing import (
     TURN_NS,
+    backlog_ns,
     beam_times,
     first_byte_ns,
     line_ns,
@@ -187,3 +188,12 @@ def test_only_over_a_line_slower_than_the_mirror_a_scan_waits() -> None:
     assert mean_wait_ns(732, 2, 38400) == pytest.approx(TURN_NS, abs=1)
     assert mean_wait_ns(372, 1, 38400) == pytest.approx(TURN_NS / 2, abs=1)
     assert mean_wait_ns(732, 2, 500000) == mean_wait_ns(372, 1, 500000) == 0
+
+
+@given(st.sampled_from([38400, 500000]), st.integers(0, 20 * 732))
+def test_a_backlog_is_as_old_as_what_came_since(baud: int, waiting: int) -> None:
+    period_ns = max(2 * TURN_NS, line_ns(732, baud))
+    ended_ns = [k * period_ns for k in range(21)]  # each telegram's last byte, from that of the one in question
+    came = [end + line_ns(rest, baud) - line_ns(732, baud) for end in ended_ns[1:] for rest in range(1, 733)]
+    at_least_ns = came[waiting - 1] if waiting else 0
+    assert backlog_ns(waiting, 732, 2, baud) == pytest.approx(at_least_ns, abs=50)

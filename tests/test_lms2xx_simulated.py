@@ -186,6 +186,19 @@ def test_closing_leaves_it_quiet_at_the_speed_of_power_on(scene: MakeScene) -> N
     assert made.scanner.line.baudrate == USUAL_BAUD and not made.scanner.streaming
 
 
+@pytest.mark.parametrize(("baudrate", "off_ms"), [(500000, 13), (38400, 27)])
+def test_scans_that_were_read_late_are_stamped_as_if_they_were_not(scene: MakeScene, baudrate, off_ms: int) -> None:
+    turning = math.radians(100)
+    made = scene(LaserConfig(baudrate=baudrate), turn_radps=turning, real=EXACT, step_ns=100_000).started()
+    made.read(1.0)
+    late: list[Scan] = []
+    for held_up_ms in range(60, 111, 5):
+        made.clock.advance(held_up_ms * 1_000_000)
+        late += made.read(0.2)
+    worst = max(rms_m(deskewed(scan, made.history(scan), np.eye(4)), made.truth(scan.stamp_ns)) for scan in late)
+    assert worst < 0.004 * off_ms  # what so many milliseconds of the turn make of this room
+
+
 def rms_m(scan: Scan, truth: Scan) -> float:
     inner = slice(8, -8)  # beams at the edge have turned out of what was looked at
     return float(np.sqrt(np.nanmean((scan.ranges_m[inner] - truth.ranges_m[inner]) ** 2)))

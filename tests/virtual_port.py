@@ -64,6 +64,11 @@ class VirtualPort:
         del self._arrived[:n]
         return data
 
+    @property
+    def in_waiting(self) -> int:
+        self._take()
+        return len(self._arrived)
+
     def write(self, data: bytes) -> None:
         self._line.check()
         if self._line.blocked:

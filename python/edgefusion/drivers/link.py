@@ -124,6 +124,14 @@ class Link:
             raise LinkSilentError(f"{self.name}: nothing came for {(now_ns - self._heard_ns) / 1e9:.2f} s")
         return data
 
+    @property
+    def waiting_bytes(self) -> int:
+        """How many have arrived and were not read. Raises LinkLostError."""
+        try:
+            return int(self._opened().in_waiting)
+        except FAILURES as error:
+            raise self._lost(error) from error
+
     def write(self, data: bytes) -> None:
         """Hands all of it to the port within 100 ms. Raises LinkLostError, LinkBlockedError."""
         try:

@@ -19,7 +19,14 @@ from edgefusion.drivers.lms2xx_scan import SCAN, parse_scan, range_mask
 from edgefusion.drivers.lms2xx_setup import difference, read_model, set_speed, set_up, start_stream
 from edgefusion.drivers.lms2xx_status import COMPONENT, health_of
 from edgefusion.drivers.lms2xx_telegram import FRAME_BYTES, Received
-from edgefusion.drivers.lms2xx_timing import first_byte_ns, mean_wait_ns, scan_age_limit_s, silence_limit_s, stamped
+from edgefusion.drivers.lms2xx_timing import (
+    backlog_ns,
+    first_byte_ns,
+    mean_wait_ns,
+    scan_age_limit_s,
+    silence_limit_s,
+    stamped,
+)
 from edgefusion.errors import RefusedError
 from edgefusion.types import Health, HealthState, Scan
 
@@ -131,13 +138,19 @@ class Lms2xx:
             self._health = Health(COMPONENT, HealthState.DEGRADED, str(error))
             return []
         self._scan_ns = now_ns
-        baudrate, reader, size = self._link.baudrate, self._line.reader, len(item.payload) + FRAME_BYTES
-        first_ns = first_byte_ns(now_ns, item.begin, reader.received_bytes, baudrate)
-        scan = stamped(raw, status.measuring_mode, first_ns - mean_wait_ns(size, raw.variant.turns, baudrate))
-        self._judgement.line.telegram(size, reader.discarded_bytes)
+        size = len(item.payload) + FRAME_BYTES
+        scan = stamped(raw, status.measuring_mode, self._measured_ns(item.begin, size, raw.variant.turns, now_ns))
+        self._judgement.line.telegram(size, self._line.reader.discarded_bytes)
         fault = self._judgement.fault(raw.values.tobytes(), scan.ranges_m, now_ns, moving)
         self._health = Health(COMPONENT, HealthState.FAILED, fault) if fault else self._health_with(raw.status)
         return [] if fault else [scan]
+
+    def _measured_ns(self, begin: int, size: int, turns: int, now_ns: int) -> int:
+        """When the last beam of a scan was measured, whose telegram of so many bytes begins there."""
+        baudrate = self._link.baudrate
+        came_ns = now_ns - backlog_ns(self._link.waiting_bytes, size, turns, baudrate)
+        first_ns = first_byte_ns(came_ns, begin, self._line.reader.received_bytes, baudrate)
+        return first_ns - mean_wait_ns(size, turns, baudrate)
 
     def _check_pause(self, now_ns: int) -> None:
         """A line of noise is not silent."""

@@ -52,6 +52,14 @@ def first_byte_ns(received_ns: int, begin: int, received_bytes: int, baud: int) 
     return received_ns - line_ns(received_bytes - begin, baud)
 
 
+def backlog_ns(waiting: int, size: int, turns: int, baud: int) -> int:
+    """How long ago a telegram ended, at least, behind which so many bytes of the next ones of its size have come: one
+    begins with every scan that the line can carry. A reader that was held up for a while finds such."""
+    period_ns = max(turns * TURN_NS, line_ns(size, baud))
+    whole, rest = divmod(waiting, size)
+    return whole * period_ns + (period_ns - line_ns(size - rest, baud) if rest else 0)
+
+
 def mean_wait_ns(size: int, turns: int, baud: int) -> int:
     """From a scan's last beam to its telegram's first byte, on average.
 
