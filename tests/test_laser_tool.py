@@ -4,13 +4,18 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import math
+import os
+import re
+import struct
 import subprocess
 import sys
+import termios
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import cv2
@@ -18,36 +23,45 @@ import numpy as np
 import pytest
 
 from edgefusion.cli import main
+from edgefusion.sim.fault_frames import LMS
+from edgefusion.sim.fault_wire import FaultyWire
+from edgefusion.sim.faults import parse_fault
 from edgefusion.sim.laser import LaserSpec, SimLaser
 from edgefusion.sim.lms_scanner import LmsScanner
 from edgefusion.sim.wire_pty import PtyWire
 from edgefusion.sim.wire_server import WireServer
-from edgefusion.tools.scan_plot import COLUMNS, ROWS, scan_lines
+from edgefusion.tools.scan_plot import ROWS, scan_lines
 from edgefusion.types import Pose2D, Scan
 
+COLUMNS = 4 * ROWS
 ROOM = np.array([[3, -3, 3, 3], [3, 3, -3, 3], [-3, 3, -3, -3], [-3, -3, 3, -3]], float)
 
 
 @contextmanager
 def scanner(**how):
-    """The port of a simulated scanner in a room of 6 m."""
+    """A simulated scanner in a room of 6 m, on a port."""
     rng = np.random.default_rng(0)
 
     def scan_at(stamp_ns: int, spec: LaserSpec) -> Scan:
         return SimLaser(spec).scan(stamp_ns, ROOM, lambda ns: Pose2D(), rng)[0]
 
     wire, over = PtyWire(), threading.Event()
-    server = WireServer([(LmsScanner(scan_at, time.monotonic_ns(), **how), (wire,))])
+    device, stuck = LmsScanner(scan_at, time.monotonic_ns(), **how), threading.Event()
+    server = WireServer([(device, (wire,))])
 
     def pump() -> None:
+        is_stuck = False
         while not over.is_set():
+            if stuck.is_set() and not is_stuck:
+                is_stuck = True
+                server.replace(0, FaultyWire(device, LMS, parse_fault("laser=stuck"), rng, time.monotonic_ns()))
             server.pump(time.monotonic_ns())
             over.wait(0.002)
 
     thread = threading.Thread(target=pump)
     thread.start()
     try:
-        yield wire.name
+        yield wire.name, stuck
     finally:
         over.set()
         thread.join()
@@ -61,10 +75,10 @@ def said(*options: object) -> str:
 
 
 def test_it_says_what_is_connected_and_what_it_sees(tmp_path: Path) -> None:
-    with scanner(left_at=19200) as port:
+    with scanner(left_at=19200) as (port, _):
         lines = said(port, "--once", "--png", tmp_path / "scan.png").splitlines()
     assert lines[:4] == [
-        "type:    LMS200;30106;V02.10",
+        "type:    LMS200;301063;V02.10",
         "speed:   38400 baud",
         "scan:    180 degrees, every 0.5",
         "ranges:  measuring mode 0, in mm",
@@ -75,7 +89,7 @@ def test_it_says_what_is_connected_and_what_it_sees(tmp_path: Path) -> None:
 
 
 def test_as_json_each_scan_is_a_line() -> None:
-    with scanner() as port:
+    with scanner() as (port, _):
         lines = said(port, "--json", "--baudrate", 500000, "--beams", 181, "--seconds", 0.5).splitlines()
     scans = [json.loads(line) for line in lines]
     assert len(scans) > 10 and all(len(scan["ranges_m"]) == 181 for scan in scans)
@@ -84,7 +98,7 @@ def test_as_json_each_scan_is_a_line() -> None:
 
 
 def test_a_port_that_is_held_is_refused_with_the_holders_name() -> None:
-    with scanner() as port:
+    with scanner() as (port, _):
         holder = subprocess.Popen(
             [sys.executable, "-m", "edgefusion.cli", "laser", port, "--json"], stdout=subprocess.PIPE, text=True
         )
@@ -96,6 +110,48 @@ def test_a_port_that_is_held_is_refused_with_the_holders_name() -> None:
             holder.terminate()
     assert second.returncode == 2
     assert f"{port}: expected a free port, it is held by edgefusion laser (pid {holder.pid})" in second.stderr
+
+
+def test_scans_that_are_not_to_be_believed_are_not_shown_and_it_says_why() -> None:
+    command = [sys.executable, "-m", "edgefusion.cli", "laser", "--json"]
+    with scanner() as (port, stuck):
+        process = subprocess.Popen([*command, port], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        with process:
+            first = json.loads(process.stdout.readline())
+            stuck.set()
+            said = process.stderr.readline()
+            process.terminate()
+            process.stdout.read()
+    assert first["health"] == "ok" and said.startswith("health:  failed: ") and process.returncode == 0
+
+
+def in_terminal(*options: object, columns: int, rows: int) -> str:
+    """What it writes to a terminal of that size."""
+    master, slave = os.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+    command = [sys.executable, "-m", "edgefusion.cli", "laser", *map(str, options)]
+    environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
+    process = subprocess.Popen(command, stdout=slave, env=environment)
+    os.close(slave)
+    written = b""
+    with suppress(OSError):  # how a terminal says that nobody writes to it any more
+        while True:
+            written += os.read(master, 65536)
+    os.close(master)
+    assert process.wait(timeout=30) == 0
+    return written.decode()
+
+
+@pytest.mark.parametrize(("columns", "rows", "plot"), [(100, 40, 19), (50, 40, 12), (100, 12, 9)])
+def test_in_a_terminal_the_scan_is_drawn_in_place_and_fits(columns: int, rows: int, plot: int) -> None:
+    with scanner() as (port, _):
+        written = in_terminal(port, "--baudrate", 500000, "--seconds", 1.5, columns=columns, rows=rows)
+    drawn = [line for line in written.split("\r\n") if "\x1b[2K" in line]
+    assert max(len(re.sub(r"\x1b\[\d*\w", "", line)) for line in drawn) <= columns
+    ups = {int(up) for up in re.findall(r"\x1b\[(\d+)A", written)}
+    assert ups == {plot + 2} and len(drawn) % (plot + 2) == 0
+    assert "361 beams" in drawn[plot + 1] or columns < 60
+    assert any(ord(sign) > 0x2800 for sign in drawn[0] + drawn[plot - 1])
 
 
 def test_where_no_scanner_is_it_says_so_with_exit_code_1(capsys) -> None:

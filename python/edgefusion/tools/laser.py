@@ -51,6 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
     from edgefusion.drivers.link import Link, LinkError
     from edgefusion.drivers.lms2xx import Lms2xx
+    from edgefusion.service.signals import ended_by_signals
     from edgefusion.tools.laser_watch import LaserWatch, watch
 
     if args.seconds is not None and not args.seconds > 0:
@@ -62,12 +63,12 @@ def run(args: argparse.Namespace) -> int:
     laser = Lms2xx(link, config)
     shown = LaserWatch(args.png, args.json, sys.stdout.isatty() and not args.json and args.png is None)
     try:
-        laser.start()
-        shown.begin(laser, link.baudrate)
-        watch(laser, shown, 1 if args.once else None, args.seconds, time.monotonic)
+        with ended_by_signals():
+            laser.start()
+            shown.begin(laser, link.baudrate)
+            watch(laser, shown, 1 if args.once else None, args.seconds, time.monotonic)
     except LinkError as error:
-        print(f"edgefusion: {error}", file=sys.stderr)
-        return 1
+        raise RuntimeError(str(error)) from error
     finally:
         laser.close()
     shown.end()

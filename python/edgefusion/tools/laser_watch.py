@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import json
 import math
+import re
+import shutil
 import sys
 from pathlib import Path
 from typing import Callable
@@ -13,7 +15,8 @@ from typing import Callable
 import numpy as np
 
 from edgefusion.drivers.lms2xx import Lms2xx
-from edgefusion.tools.scan_plot import scan_lines, scan_picture
+from edgefusion.tools.scan_plot import ROWS, scan_lines, scan_picture
+from edgefusion.tools.terminal import Screen
 from edgefusion.types import Scan
 
 _REDRAWN_S = 0.5
@@ -21,20 +24,24 @@ _UNITS = {0: "cm", 1: "mm"}
 
 
 class LaserWatch:
-    """png: where the last scan is drawn into. live: whether a plot is drawn anew in the terminal."""
+    """png: where the last scan is drawn into. live: whether a plot is drawn anew in the terminal.
+
+    What is told but no scan goes to the terminal's errors, so that what reads the scans is not disturbed.
+    """
 
     def __init__(self, png: Path | None, as_json: bool, live: bool) -> None:
         self._png, self._json, self._live = png, as_json, live
         self._last: Scan | None = None
         self._first_ns = 0
         self._count = 0
-        self._drawn_lines = 0
+        self._screen = Screen(sys.stdout)
         self._drawn_s = -math.inf
-        self._health = ""
+        self._said = ""
 
     def begin(self, laser: Lms2xx, baudrate: int) -> None:
         """What is connected."""
         status = laser.status
+        self._said = _said(laser)
         if self._json or status is None:
             return
         variant = status.variant
@@ -43,9 +50,9 @@ class LaserWatch:
         print(f"speed:   {baudrate} baud")
         print(f"scan:    {variant.angle} degrees, every {variant.resolution / 100:g}")
         print(f"ranges:  measuring mode {status.measuring_mode}, in {unit}")
-        print(f"health:  {_said(laser)}", flush=True)
+        print(f"health:  {self._said}", flush=True)
 
-    def show(self, scan: Scan, laser: Lms2xx, now_s: float) -> None:
+    def show(self, scan: Scan, laser: Lms2xx) -> None:
         """The newest scan."""
         self._count += 1
         if self._last is None:
@@ -53,16 +60,24 @@ class LaserWatch:
         self._last = scan
         if self._json:
             print(_as_json(scan, laser), flush=True)
-        elif self._live and now_s - self._drawn_s >= _REDRAWN_S:
+
+    def tell(self, laser: Lms2xx, now_s: float) -> None:
+        """How it is: with the plot, drawn anew now and then, or as a line when it changes."""
+        said = _said(laser)
+        if not self._live:
+            if _wordy(said) != _wordy(self._said):
+                print(f"health:  {said}", file=sys.stderr, flush=True)
+            self._said = said
+        elif self._last is not None and now_s - self._drawn_s >= _REDRAWN_S:
             self._drawn_s = now_s
-            self._draw(scan, laser)
+            self._screen.show([*scan_lines(self._last, _rows()), f"{self._summary()}; {said}"])
 
     def end(self) -> None:
         """What there was in all. The picture, where one is wanted."""
         if self._last is None:
             return
-        if self._live and not self._drawn_lines:
-            print("\n".join(scan_lines(self._last)))
+        if self._live and self._drawn_s == -math.inf:
+            print("\n".join(scan_lines(self._last, _rows())))
         if self._png is not None:
             scan_picture(self._last, self._png)
             print(f"picture: {self._png}")
@@ -74,13 +89,6 @@ class LaserWatch:
         """Scans a second, so far; 0 before the second."""
         span_ns = 0 if self._last is None else self._last.stamp_ns - self._first_ns
         return (self._count - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
-
-    def _draw(self, scan: Scan, laser: Lms2xx) -> None:
-        lines = [*scan_lines(scan), f"{self._summary()}; {_said(laser)}"]
-        up = f"\033[{self._drawn_lines}A" if self._drawn_lines else ""
-        sys.stdout.write(up + "".join(f"\033[2K{line}\n" for line in lines))
-        sys.stdout.flush()
-        self._drawn_lines = len(lines)
 
     def _summary(self) -> str:
         scan = self._last
@@ -100,13 +108,25 @@ def watch(
     begin_s = clock()
     while True:
         for scan in laser.read():
-            shown.show(scan, laser, clock())
+            shown.show(scan, laser)
             if scans is not None:
                 scans -= 1
                 if scans == 0:
                     return
+        shown.tell(laser, clock())
         if seconds is not None and clock() - begin_s >= seconds:
             return
+
+
+def _rows() -> int:
+    """As many as fit into the terminal, four columns to each."""
+    size = shutil.get_terminal_size()
+    return max(1, min(ROWS, size.lines - 3, size.columns // 4))
+
+
+def _wordy(said: str) -> str:
+    """Without its numbers, which change all the time."""
+    return re.sub(r"[\d.]+", "", said)
 
 
 def _said(laser: Lms2xx) -> str:

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from edgefusion.errors import RefusedError
 from edgefusion.types import Scan
 
-COLUMNS, ROWS = 76, 19
-"""Of characters, each of two by four dots: as wide as the half circle is twice as high."""
+ROWS = 19
+"""Of characters, each of two by four dots; four times as many columns hold a half circle."""
 
 _BRAILLE = 0x2800
 _BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
@@ -38,20 +38,20 @@ def _reach_m(points: npt.NDArray[np.float64]) -> float:
     return float(max(1.0, np.ceil(np.percentile(np.hypot(points[:, 0], points[:, 1]), _SHARE))))
 
 
-def scan_lines(scan: Scan) -> list[str]:
-    """Lines of text: ahead is up, the scanner is the caret below, the scale is beside it."""
-    points = _points(scan)
+def scan_lines(scan: Scan, rows: int = ROWS) -> list[str]:
+    """So many lines of text, and one more: ahead is up, the scanner is the caret below, the scale is beside it."""
+    points, columns = _points(scan), 4 * rows
     reach_m = _reach_m(points)
-    dots = np.zeros((4 * ROWS, 2 * COLUMNS), np.int64)
-    per_m = (4 * ROWS - 1) / reach_m
-    column = np.rint(COLUMNS - points[:, 1] * per_m).astype(int)
-    row = np.rint(4 * ROWS - 1 - points[:, 0] * per_m).astype(int)
-    inside = (column >= 0) & (column < 2 * COLUMNS) & (row >= 0) & (row < 4 * ROWS)
+    dots = np.zeros((4 * rows, 2 * columns), np.int64)
+    per_m = (4 * rows - 1) / reach_m
+    column = np.rint(columns - points[:, 1] * per_m).astype(int)
+    row = np.rint(4 * rows - 1 - points[:, 0] * per_m).astype(int)
+    inside = (column >= 0) & (column < 2 * columns) & (row >= 0) & (row < 4 * rows)
     dots[row[inside], column[inside]] = 1
-    cells = (dots.reshape(ROWS, 4, COLUMNS, 2) * _BITS[None, :, None, :]).sum(axis=(1, 3))
+    cells = (dots.reshape(rows, 4, columns, 2) * _BITS[None, :, None, :]).sum(axis=(1, 3))
     lines = ["".join(chr(_BRAILLE + cell) for cell in line) for line in cells]
     scale = f"{reach_m:g} m to the top"
-    return [*lines, f"{'^':>{COLUMNS // 2 + 1}}{scale:>{COLUMNS // 2 - 1}}"]
+    return [*lines, f"{'^':>{columns // 2 + 1}}{scale:>{columns // 2 - 1}}"]
 
 
 def scan_picture(scan: Scan, path: Path) -> None:
