@@ -42,7 +42,7 @@ class PtyWire:
 
     @property
     def baudrate(self) -> int | None:
-        """The client's speed."""
+        """The client's speed as it is now: a pty does not tell at which one its bytes were written."""
         with suppress(termios.error):
             return _SPEEDS.get(termios.tcgetattr(self._master)[4])  # a master's settings are those of its other end
         return None
