@@ -111,6 +111,25 @@ def test_any_bytes_are_all_accounted_for_in_a_buffer_of_one_telegram(pieces: lis
     assert read + reader.discarded_bytes == reader.received_bytes == sum(map(len, pieces))
 
 
+@given(
+    st.lists(st.one_of(MEAN_BYTES, PAYLOADS.map(lambda payload: encode(payload, 0x80))), max_size=5),
+    st.integers(0, 5),
+    st.randoms(use_true_random=False),
+)
+def test_damaged_telegrams_say_the_same_in_any_pieces(parts: list[bytes], errors: int, rng: random.Random) -> None:
+    stream = bytearray(b"".join(parts))
+    for _ in range(errors if stream else 0):
+        stream[rng.randrange(len(stream))] = rng.choice([STX, 0x80, 0x03, rng.randrange(256)])
+    whole, reader, found = TelegramReader(), TelegramReader(), []
+    expected = whole.feed(bytes(stream)) + whole.silence()
+    while stream:
+        size = rng.randint(1, 300)
+        found += reader.feed(bytes(stream[:size]))
+        del stream[:size]
+    assert found + reader.silence() == expected
+    assert reader.discarded_bytes == whole.discarded_bytes
+
+
 @pytest.mark.parametrize("error_rate", [0.0001, 0.001, 0.003])
 def test_all_but_a_hundredth_of_the_intact_telegrams_survive_errors_around_them(error_rate: float) -> None:
     rng = random.Random(7)

@@ -90,6 +90,33 @@ def test_every_byte_of_noise_belongs_to_a_packet_is_skipped_or_waits_in_at_most_
     assert in_packets + finder.skipped_bytes == sum(len(chunk) for chunk in chunks)
 
 
+MEAN_BYTES = st.lists(st.sampled_from([0xFA, 0xFB, 0x03, 0x06, 0x20, 0x32, 0x00, 0xFF]), max_size=60).map(bytes)
+REAL = st.sampled_from([sip(x=1, sonars=[(3, 900)]), sip(left=-200), IDENTITY, command(Command.VEL, 250), frame(b"\0")])
+
+
+@st.composite
+def damaged(draw: st.DrawFn) -> bytes:
+    """Real packets among bytes that mean something, with some of all changed and some cut out."""
+    stream = bytearray(b"".join(draw(st.lists(st.one_of(REAL, MEAN_BYTES), max_size=8))))
+    for _ in range(draw(st.integers(0, 4))):
+        at = draw(st.integers(0, len(stream)))
+        stream[at : at + draw(st.integers(0, 3))] = draw(st.binary(max_size=2))
+    return bytes(stream)
+
+
+@given(damaged(), st.data())
+def test_damaged_packets_raise_nothing_and_say_the_same_in_any_pieces(stream, data):
+    whole, reader, said = SipReader(), SipReader(), []
+    expected = whole.feed(stream) + whole.give_up()
+    while stream:
+        size = data.draw(st.integers(1, len(stream)))
+        said += reader.feed(stream[:size])
+        stream = stream[size:]
+    said += reader.give_up()
+    assert said == expected
+    assert (reader.unknown_packets, reader.finder.skipped_bytes) == (whole.unknown_packets, whole.finder.skipped_bytes)
+
+
 @given(st.binary(max_size=30).filter(lambda junk: b"\xfa" not in junk), BODIES)
 def test_junk_before_a_packet_is_skipped_and_counted(junk, body):
     finder = PacketFinder()

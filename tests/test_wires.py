@@ -122,7 +122,7 @@ def test_what_a_client_says_last_still_arrives_after_it_has_left(kind: str, requ
     assert served.pump(lambda: served.parrot.heard == b"hello stop")
 
 
-@pytest.mark.parametrize("baudrate", [9600, 19200, 57600, 115200, 500000])
+@pytest.mark.parametrize("baudrate", [4800, 9600, 19200, 57600, 115200, 230400, 500000])
 def test_at_another_speed_both_hear_noise(pty: PtyWire, baudrate: int) -> None:
     served = Served(pty)
     with client_of(pty, baudrate) as client:

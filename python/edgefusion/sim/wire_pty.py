@@ -42,9 +42,10 @@ class PtyWire:
 
     @property
     def baudrate(self) -> int | None:
-        """The client's speed as it is now: a pty does not tell at which one its bytes were written."""
+        """The client's speed as it is now: a pty does not tell at which one its bytes were
+        written. 0: one that no device has."""
         with suppress(termios.error):
-            return _SPEEDS.get(termios.tcgetattr(self._master)[4])  # a master's settings are those of its other end
+            return _SPEEDS.get(termios.tcgetattr(self._master)[4], 0)  # a master's settings are those of its other end
         return None
 
     @property
