@@ -25,7 +25,8 @@ In another terminal, with what the first one prints:
   edgefusion laser /tmp/sim/laser
 
 A fault is COMPONENT=KIND[:VALUE][@FROM_S[+FOR_S]], for robot, laser and camera: off, stuck, garbage (share of the
-bytes), wrong, slow (one of so many comes), delayed (seconds), intermittent (share that does not come)."""
+bytes), wrong (a camera's brightness), slow (one of so many comes), delayed (seconds), intermittent (share that does
+not come)."""
 
 _PAUSE_S = 0.002
 _STATUS_NS = 1_000_000_000
