@@ -72,8 +72,8 @@ def run(args: argparse.Namespace) -> int:
     with ended_by_signals():
         devices = LiveDevices(setup, time.monotonic_ns())
         try:
-            _announce(devices, args.json)
             with contextlib.suppress(KeyboardInterrupt):
+                _announce(devices, args.json)
                 _pump(devices, args)
         finally:
             devices.close()
