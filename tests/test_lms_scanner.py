@@ -31,7 +31,7 @@ class Client:
 
     def __init__(self, baudrate: int = 9600, ranges=None, turn_radps: float = 0.0, **how) -> None:
         self.now_ns, self.baudrate = 0, baudrate
-        self.turn_radps, self.ranges = turn_radps, ranges
+        self.turn_radps, self.ranges, self.room = turn_radps, ranges, ROOM
         self.scanner = LmsScanner(self.scan_at, 0, real=CLEAN, **how)
         self.reader = TelegramReader()
         self.heard = b""
@@ -40,7 +40,7 @@ class Client:
         return Pose2D(0.0, 0.0, math.remainder(self.turn_radps * ns / 1e9, 2 * math.pi))
 
     def scan_at(self, stamp_ns: int, spec: LaserSpec):
-        scan = SimLaser(spec).scan(stamp_ns, ROOM, self.pose_at, np.random.default_rng(0))[0]
+        scan = SimLaser(spec).scan(stamp_ns, self.room, self.pose_at, np.random.default_rng(0))[0]
         if self.ranges is not None:
             scan.ranges_m.setflags(write=True)
             scan.ranges_m[: len(self.ranges)] = self.ranges
@@ -207,13 +207,21 @@ def test_a_reset_is_answered_before_it_happens() -> None:
 
 @pytest.mark.parametrize(("mode", "max_m"), [(0, 8.183), (3, 16.375), (6, 32.759)])
 def test_what_is_too_far_and_what_is_unknown_have_their_values_in_every_mode(mode: int, max_m: float) -> None:
-    client = Client(ranges=[math.inf, math.nan, 8.5, 1.234])
+    client = Client(ranges=[math.inf, math.nan, 8.5, 1.234, 8.185])
     client.scanner.settings.block[5] = mode
     raw = parse_scan(client.ask(ONE))
     got = ranges_of(raw, mode)
     assert range_max_m(raw, mode) == pytest.approx(max_m)
     assert got[0] == math.inf and math.isnan(got[1]) and got[3] == pytest.approx(1.234)
     assert got[2] == (math.inf if mode == 0 else pytest.approx(8.5))
+    assert got[4] == (math.inf if mode == 0 else pytest.approx(8.185))
+
+
+def test_it_sees_as_far_as_its_mode_lets_it() -> None:
+    client = Client()
+    client.room = ROOM * 5
+    client.scanner.settings.block[5] = 3
+    assert ranges_of(parse_scan(client.ask(ONE)), 3)[90] == pytest.approx(15.0, abs=0.01)
 
 
 def test_a_scan_in_centimetres_says_so() -> None:

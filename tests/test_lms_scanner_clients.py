@@ -110,9 +110,14 @@ def test_a_length_that_no_telegram_has_is_refused() -> None:
 
 def test_bytes_may_come_one_by_one_but_not_seconds_apart() -> None:
     client, telegram = Client(), bytes.fromhex("02000100311512")
+    client.wait(500)
     assert b"".join(client.say(telegram[at : at + 1], 1) for at in range(7)) + client.wait(300)
     assert client.say(telegram[:4], 200) == b""
     assert client.say(telegram)[:3] == b"\x06\x02\x80"
+
+
+def test_noise_before_a_telegram_is_not_heard() -> None:
+    assert Client().say(b"\x00\xff\x55" + bytes.fromhex("0200020020253508")) == b"\x06" + OK
 
 
 @given(st.lists(st.tuples(st.binary(max_size=40), st.integers(0, 200)), max_size=12))
@@ -158,6 +163,8 @@ def test_sicktoolbox_sends_34_bytes_of_memory_and_reads_it_back_in_the_status() 
     status = client.answer(b"\x31", 400)
     assert len(status) == 1 + 152 + 1
     assert (status[8], status[102], status[122], status[1:8]) == (0x25, 3, 0, b"V02.10 ")
+    assert (status[18], status[67:69], status[116:118]) == (180, b"\x4b\x00", b"\x67\x80")
+    assert len(client.answer(b"\x74")) == 1 + 32 + 1
 
 
 def test_player_sends_the_begin_of_the_memory_and_asks_for_a_range_of_beams() -> None:
@@ -189,6 +196,83 @@ def test_a_stream_begins_behind_its_answer(ahead_ms: int) -> None:
     assert [item.payload[0] for item in came[:3]] == [0x06, 0xA0, 0xB0]
 
 
+def test_a_wrong_password_changes_nothing() -> None:
+    client = Client().session()
+    client.answer(b"\x20\x24")
+    assert client.say(encode(b"\x20\x00SICK_PLS"), 400).count(b"\xa0\x01\x10") == 1
+    assert client.scanner.streaming
+
+
+def test_a_stream_pauses_while_the_speed_changes() -> None:
+    client = Client(left_at=38400)
+    client.baudrate = 38400
+    client.wait(500)
+    said = [item.payload[0] for item in TelegramReader().feed(client.say(encode(b"\x20\x48"), 400))]
+    assert said[-1:] == [0xA0]
+    client.baudrate = 500000
+    assert len(client.telegrams(100)) >= 6
+
+
+def test_at_another_speed_it_is_deaf() -> None:
+    client = Client().session()
+    client.baudrate = 9600
+    client.say(encode(b"\x20\x24"))
+    assert not client.scanner.streaming
+
+
+def test_what_has_not_left_is_lost_with_the_power() -> None:
+    client = Client()
+    client.say(encode(b"\x31"), 30)
+    client.scanner.power_cycle(client.now_ns, 0.5)
+    assert client.wait(1000)[:5] == b"\x02\x81\x17\x00\x90"
+
+
+@pytest.mark.parametrize("asks", [False, True])
+def test_over_a_slow_line_the_scans_do_not_get_older(asks: bool) -> None:
+    client, reader, came_ns = Client(left_at=38400), TelegramReader(), []
+    client.baudrate = 38400
+    for ms in range(4000):
+        if asks and ms % 100 == 0:
+            client.scanner.receive(encode(b"\x31"), 38400, client.now_ns)
+        came_ns += [client.now_ns for item in reader.feed(client.wait(1)) if item.payload[0] == 0xB0]
+    ages_ms = [(came - stamp) / MS for came, stamp in zip(came_ns, client.stamps)]
+    # A turn of the mirror until it is complete, another until it is the newest, and its way over the line.
+    assert len(ages_ms) > 20 and max(ages_ms) < 13.4 + 13.4 + 96.9 + 2
+
+
+def test_a_turn_of_the_mirror_is_the_one_that_a_whole_scan_is_woven_from() -> None:
+    client = Client().session(500000)
+    client.answer(b"\x3b\xb4\x00\x32\x00")
+    client.answer(b"\x20\x2a")
+    client.telegrams(100)
+    client.stamps.clear()
+    offsets = [said[2] >> 3 & 3 for said in client.telegrams(200)]
+    ends = [round((ns + 13_333_333 / 4) / 13_333_333) for ns in client.stamps]  # the middle is a quarter before the end
+    assert set(offsets) == {0, 2} and all((end % 2 == 0) == (offset == 2) for end, offset in zip(ends, offsets))
+
+
+def test_a_scan_that_is_asked_for_is_the_newest_whole_one() -> None:
+    client = Client()
+    client.wait(400)
+    stamps = []
+    for _ in range(40):
+        client.say(encode(b"\x30\x01"), 1)
+        stamps.append(client.stamps[-1])
+    assert len(set(stamps)) in (3, 4, 5)
+
+
+def test_only_whole_scans_can_be_asked_for_one_by_one() -> None:
+    assert Client().answer(b"\x30\x02") == b"\x92\x10"
+
+
+def test_a_stream_counts_the_mirrors_turns_where_that_is_wanted() -> None:
+    client = Client().session(500000)
+    client.scanner.settings.block[4] = 0x02
+    client.answer(b"\x20\x24")
+    indices = [said[-2] for said in client.telegrams(200) if len(said) == 3 + 2 * 181 + 2]
+    assert len(indices) > 10 and {(b - a) % 256 for a, b in zip(indices, indices[1:])} == {1}
+
+
 def test_means_come_when_all_their_scans_are_there() -> None:
     client = Client().session(500000)
     assert client.answer(b"\x20\x26\x05")[:2] == b"\xa0\x00"
@@ -200,7 +284,7 @@ def test_means_come_when_all_their_scans_are_there() -> None:
     assert len(client.stamps) == len(set(client.stamps)) == 5 * len(said)
 
 
-@pytest.mark.parametrize("mode", ["2601", "26ff", "2700000100", "270200b700", "2705000400", "2400", "50010001b5", "7f"])
+@pytest.mark.parametrize("mode", ["2601", "26ff", "2700000100", "270200b600", "2705000400", "2400", "50010001b5", "7f"])
 def test_modes_that_it_has_not_are_refused_and_leave_the_old_one(mode: str) -> None:
     client = Client()
     assert client.answer(b"\x20" + bytes.fromhex(mode)) == b"\x92\x10"
@@ -216,6 +300,7 @@ def test_measuring_modes_and_units_that_it_has_not_are_not_written(changed: dict
         block[at] = value
     client.answer(b"\x20\x00SICK_LMS")
     assert client.answer(b"\x77" + bytes(block), 4000)[1] == 0
+    assert client.answer(b"\x77" + before[:6], 4000)[1] == 0
     assert client.answer(b"\x74")[1:-1] == before and client.scanner.settings.written == 0
 
 

@@ -87,7 +87,7 @@ class Settings:
             first, last = int.from_bytes(rest[:2], "little"), int.from_bytes(rest[2:], "little")
             known = 1 <= first <= last <= self.variant.angle * self.variant.turns + 1
             return Mode(STREAM_RANGE, 1, first, last) if known else None
-        known = not rest and wanted in (bytes([n]) for n in (STREAM_ALL, STREAM_PARTIAL, ON_REQUEST))
+        known = wanted in (bytes([n]) for n in (STREAM_ALL, STREAM_PARTIAL, ON_REQUEST))
         return Mode(wanted[0]) if known else None
 
     def _set_variant(self, wanted: bytes) -> bytes:
