@@ -142,16 +142,19 @@ def _pump(devices: LiveDevices, args: argparse.Namespace) -> None:
     import sys
     import time
 
+    from edgefusion.tools.terminal import Screen
+
     start_ns = time.monotonic_ns()
-    said_ns, fault = start_ns, ""
+    said_ns, fault, screen = start_ns, "", Screen(sys.stderr)
     while (now_ns := time.monotonic_ns()) - start_ns < args.for_s * 1e9:
         devices.pump(now_ns)
         if devices.camera is not None and devices.camera.fault != fault:
             fault = devices.camera.fault
             print(f"camera:  none: {fault}", file=sys.stderr, flush=True)
+            screen = Screen(sys.stderr)  # below that line
         if sys.stderr.isatty() and now_ns - said_ns >= _STATUS_NS:
             said_ns = now_ns
-            print(f"\r\033[K{_status(devices)}", end="", file=sys.stderr, flush=True)
+            screen.show([_status(devices)])
         time.sleep(_PAUSE_S)
 
 
