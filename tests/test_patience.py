@@ -104,8 +104,22 @@ def test_a_detour_begins_it_anew_where_the_robot_gets_about(left_by_s, over_s):
     assert over_at(left_by_s, speed_mps=1.0) == over_s
 
 
-def test_detours_that_come_and_go_while_the_robot_stays_are_none():
-    assert over_at(lambda second: 10.0 + 2.0 * (second % 2)) == 6
+@pytest.mark.parametrize(
+    "ways_m", [(10.0, 12.0), (5.0, 6.0, 5.85), (5.0, 9.0, 8.8, 8.6), (5.0, math.inf, 7.0, 6.8)], ids=str
+)
+def test_detours_that_come_and_go_while_the_robot_stays_last_no_longer_than_once_more(ways_m) -> None:
+    assert over_at(lambda second: ways_m[second % len(ways_m)]) <= 11
+
+
+def test_to_and_fro_within_half_a_metre_is_to_stay() -> None:
+    patience = Patience(5.0)
+    ways = (5.0, 6.0, 5.85)
+    over = [
+        second
+        for second in range(60)
+        if patience.is_over(second * S, ways[second % 3], Pose2D(0.2 * (second % 2), 0.0, 0.0))
+    ]
+    assert over[0] <= 11
 
 
 def test_it_lasts_as_long_as_it_is_told_to():

@@ -21,8 +21,9 @@ constexpr int kMeanOf = 12;
 // Cells with less than one in so many of the hits of a neighbour that has enough of them hold its noise; hits are
 // counted up to so many.
 constexpr int kTailShare = 12, kSureHits = 50;
-// Noise reaches over so far [m]: a point farther from a surface than this, and half a cell along it, is another's.
-constexpr double kNoise = 0.03;
+// Noise reaches over so far along a beam, and moves the mean of a few points so far along the surface [m]: a point
+// farther from a surface than that is another's, or its corner.
+constexpr double kNoise = 0.03, kAlong = 0.02;
 constexpr std::uint8_t kMostHits = 100;
 // A beam that passes farther from the point than this says nothing about it: it may be a wall that the beam grazes.
 constexpr double kThrough = 0.02;
@@ -146,18 +147,21 @@ void ObstacleMap::count(std::int32_t column, std::int32_t row) {
       if (window_.holds(c, r)) cells_[window_.index(c, r)].hits /= 2;
 }
 
-// Whether a cell holds only the few beams whose noise reached over from a surface in the next cell.
-bool ObstacleMap::is_tail(std::int32_t column, std::int32_t row) const {
+// Whether a cell holds only the few beams whose noise reached over from a surface in the next cell, for one who looks
+// from (x, y).
+bool ObstacleMap::is_tail(std::int32_t column, std::int32_t row, double x, double y) const {
   const Cell& cell = cells_[window_.index(column, row)];
   const int many = std::max(cell.hits * kTailShare, kSureHits);
-  const double reach = std::hypot(kNoise, 0.5 * cell_);
+  const double to_x = static_cast<double>(cell.x) - x, to_y = static_cast<double>(cell.y) - y;
+  const double far = std::hypot(to_x, to_y);
   for (std::int32_t r = row - 1; r <= row + 1; ++r)
     for (std::int32_t c = column - 1; c <= column + 1; ++c) {
       if (!window_.holds(c, r)) continue;
       const Cell& other = cells_[window_.index(c, r)];
-      if (many < other.hits &&
-          std::hypot(static_cast<double>(other.x - cell.x), static_cast<double>(other.y - cell.y)) <= reach)
-        return true;
+      if (other.evidence == 0 || many >= other.hits) continue;
+      const double dx = static_cast<double>(other.x - cell.x), dy = static_cast<double>(other.y - cell.y);
+      const double ahead = std::abs(dx * to_x + dy * to_y), along = std::abs(dy * to_x - dx * to_y);
+      if (ahead <= kNoise * far && along <= kAlong * far) return true;
     }
   return false;
 }
@@ -237,7 +241,7 @@ void ObstacleMap::points_near(double x, double y, double reach, double depth,
   for_cells_near(x, y, reach, [&](std::size_t i, std::int32_t c, std::int32_t r) {
     const Cell& cell = cells_[i];
     if (cell.evidence > 0) {
-      if (is_tail(c, r)) return;
+      if (is_tail(c, r, x, y)) return;
       points.push_back(static_cast<double>(cell.x));
       points.push_back(static_cast<double>(cell.y));
     } else if (!cell.seen && deep > 0 && near_point(c, r, deep)) {

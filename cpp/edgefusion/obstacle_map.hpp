@@ -89,7 +89,7 @@ class ObstacleMap {
   bool seen(double x, double y) const;
 
  private:
-  bool is_tail(std::int32_t column, std::int32_t row) const;
+  bool is_tail(std::int32_t column, std::int32_t row, double x, double y) const;
   bool near_point(std::int32_t column, std::int32_t row, std::int32_t cells) const;
   void count(std::int32_t column, std::int32_t row);
   void resize(const MapWindow& window);

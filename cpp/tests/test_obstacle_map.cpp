@@ -72,15 +72,24 @@ TEST_CASE("beams along the borders of cells, through their corners and out of th
   CHECK(points(map).empty());
 }
 
-TEST_CASE(
-    "the few beams that a surface's noise brings into the next cell are left out, another surface's are "
-    "not") {
+TEST_CASE("noise of a surface that reaches into the next cell is left out, other things are not") {
   ObstacleMap map = about_origin();
   for (int i = 0; i < 45; ++i) put(map, 1.01, 0.02);
   CHECK(points(map).size() == 2);
-  put(map, 0.98, 0.02);  // 3 cm before it
+  put(map, 0.985, 0.02);  // 2.5 cm before it
   CHECK(points(map).size() == 2);
-  put(map, 0.96, 0.09);  // 7 cm off
+  put(map, 1.01, -0.01);  // its corner, 3 cm aside
+  CHECK(points(map).size() == 4);
+  put(map, 0.94, 0.02);  // 7 cm before it
+  CHECK(points(map).size() == 6);
+}
+
+TEST_CASE("a thing beside where another was, which has gone, counts at once") {
+  ObstacleMap map = about_origin();
+  for (int i = 0; i < 45; ++i) put(map, 1.045, 0.02);
+  for (int i = 0; i < 30; ++i) insert(map, {0, 0.02, 0}, {2.0f});  // beams come through
+  CHECK(points(map).size() == 2);                                  // the wall behind
+  put(map, 1.055, 0.02);
   CHECK(points(map).size() == 4);
 }
 

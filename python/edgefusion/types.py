@@ -136,6 +136,10 @@ class Twist2D:
         return Pose2D(chord_m * math.cos(half_turn), chord_m * math.sin(half_turn), _wrapped(2 * half_turn))
 
 
+MOST_TOLERANCE_M = 100.0
+"""Of a goal's place: who is content farther off has no goal."""
+
+
 @dataclass(frozen=True)
 class Goal:
     """Where to drive to, in `odom`. id: names it in what is reported about it.
@@ -152,6 +156,10 @@ class Goal:
         for name in ("position_tolerance_m", "heading_tolerance"):
             if not 0 < getattr(self, name) < math.inf:
                 raise ValueError(f"{name}: expected a finite number above 0, got {getattr(self, name)}")
+        if self.position_tolerance_m > MOST_TOLERANCE_M:
+            raise ValueError(
+                f"position_tolerance_m: expected at most {MOST_TOLERANCE_M:g}, got {self.position_tolerance_m:g}"
+            )
 
 
 class HealthState(str, Enum):

@@ -48,6 +48,7 @@ class Manoeuvring:
         self._search = Manoeuvre(surroundings.footprint)
         self._legs: list[Leg] = []
         self._stall = Stall()
+        self._begun: Pose2D | None = None  # where the one under way began
         self.to_goal = False
 
     @property
@@ -84,6 +85,8 @@ class Manoeuvring:
             return Twist2D()
         wish = self._wish(pose)
         if wish is None:
+            if self._begun is not None and _near(self._begun, pose):  # it leads to where the robot is
+                self._give_up(pose)
             return None
         if self._stall.lasts(stamp_ns, pose):  # something is in the way after all
             self._legs, self.to_goal = [], False
@@ -94,10 +97,13 @@ class Manoeuvring:
         """Goes on searching; where that finds nothing, the place is avoided from now on."""
         if not self._search.advance(self._surroundings.map, self._field.function, POSES_A_STEP):
             return
-        self._legs, self._stall = self._search.legs, Stall()
+        self._legs, self._stall, self._begun = self._search.legs, Stall(), pose
         if not self._legs:
-            self.to_goal = False
-            self._surroundings.map.avoid(*self._first_unfit(pose), AVOIDED_M)
+            self._give_up(pose)
+
+    def _give_up(self, pose: Pose2D) -> None:
+        self._legs, self.to_goal = [], False
+        self._surroundings.map.avoid(*self._first_unfit(pose), AVOIDED_M)
 
     def _wish(self, pose: Pose2D) -> Twist2D | None:
         """The velocity on the present leg; None when the last is done."""
@@ -137,6 +143,10 @@ def _is_done(leg: Leg, pose: Pose2D) -> bool:
     if turn:  # an arc ends where it has turned far enough
         return left * math.copysign(1, turn) < _DONE
     return pose.relative_to(Pose2D(*end)).x_m * math.copysign(1, way_m) > -_DONE_M
+
+
+def _near(a: Pose2D, b: Pose2D) -> bool:
+    return math.hypot(*_apart(a, b)) < _DONE_M and abs(turned(a.theta, b.theta)) < _DONE
 
 
 def _apart(a: Pose2D, b: Pose2D) -> Tuple[float, float]:

@@ -54,8 +54,9 @@ class Shut:
 class Patience:
     """Whether the way that is left has not become shorter for so long that the goal is given up.
 
-    A way that is suddenly another is a detour, or a shortcut, to be driven: the patience begins anew, but only where
-    the robot has got somewhere since the last time, and not for ever.
+    A way that is suddenly another is a detour, or a shortcut, to be driven: the patience begins anew then, and for what
+    it gets nearer on it. Where the robot gets nowhere meanwhile, that is over once the patience has lasted; and there
+    are not detours for ever.
     """
 
     NEARER_M, JUMP_M, SOMEWHERE_M, MOST_DETOURS = 0.1, 0.3, 0.5, 60
@@ -64,8 +65,9 @@ class Patience:
         self._patience_ns = round(patience_s * _NS_PER_S)
         self._best_m = self._last_m = math.inf
         self._since_ns: int | None = None
-        self._from = Pose2D()
+        self._from, self._from_ns = Pose2D(), 0  # where the last detour began, and when
         self._detours = 0
+        self._jumped = self._longer = False  # since the last detour began
 
     def pause(self, ns: int) -> None:
         """So much time does not count."""
@@ -75,20 +77,26 @@ class Patience:
     def is_over(self, stamp_ns: int, left_m: float, pose: Pose2D) -> bool:
         """left_m: inf while no way is known."""
         if self._since_ns is None:
-            self._since_ns, self._from = stamp_ns, pose
+            self._since_ns, self._from, self._from_ns = stamp_ns, pose, stamp_ns
         if math.isfinite(left_m):
             self._compare(stamp_ns, left_m, pose)
         return stamp_ns - self._since_ns > self._patience_ns or self._detours > self.MOST_DETOURS
 
     def _compare(self, stamp_ns: int, left_m: float, pose: Pose2D) -> None:
         jumped = math.isfinite(self._last_m) and abs(left_m - self._last_m) > self.JUMP_M
-        nearer = not jumped and left_m < self._best_m - self.NEARER_M
-        elsewhere = jumped and math.hypot(pose.x_m - self._from.x_m, pose.y_m - self._from.y_m) > self.SOMEWHERE_M
-        if elsewhere:
-            self._detours += left_m > self._last_m
-            self._from = pose
-        if nearer or elsewhere:
-            self._since_ns = stamp_ns
-        if nearer or jumped:
-            self._best_m = left_m
+        self._jumped |= jumped
+        self._longer |= jumped and left_m > self._last_m
         self._last_m = left_m
+        if not jumped and left_m >= self._best_m - self.NEARER_M:
+            return
+        self._best_m = left_m
+        elsewhere = self._elsewhere(pose)
+        if not self._jumped or elsewhere or stamp_ns - self._from_ns <= self._patience_ns:
+            self._since_ns = stamp_ns
+        if self._jumped and elsewhere:
+            self._detours += self._longer
+            self._from, self._from_ns = pose, stamp_ns
+            self._jumped = self._longer = False
+
+    def _elsewhere(self, pose: Pose2D) -> bool:
+        return math.hypot(pose.x_m - self._from.x_m, pose.y_m - self._from.y_m) > self.SOMEWHERE_M
