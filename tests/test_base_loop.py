@@ -99,14 +99,6 @@ def test_with_a_low_battery_goals_are_refused_but_the_last_is_driven_to() -> Non
     assert off_m(bench, AHEAD) < 0.06
 
 
-def test_goals_that_no_step_could_be_made_of_are_refused_before_anything_changes() -> None:
-    bench = driving()
-    with pytest.raises(RefusedError, match=r"far: expected coordinates up to 50000 m, got Pose2D\(x_m=60000"):
-        bench.loop.goto([BACK, Goal("far", Pose2D(6e4, 0))])
-    bench.run(7)
-    assert off_m(bench, AHEAD) < 0.06
-
-
 @pytest.mark.parametrize("name", ["robot", "laser"])
 def test_a_device_that_fails_stops_the_robot_in_the_step_that_sees_it(name: str) -> None:
     bench = driving()

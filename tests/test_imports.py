@@ -17,7 +17,7 @@ PACKAGE = Path(edgefusion.__file__).parent
 CORE = {"types", "errors", "clock", "config", "pose_history", "_core"}
 ALLOWED = {
     "errors": set(),
-    "types": set(),
+    "types": {"errors"},
     "clock": {"types", "errors"},
     "config": {"types", "errors"},
     "pose_history": {"types", "errors"},

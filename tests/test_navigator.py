@@ -15,11 +15,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.maze_shapes import box
 
-from edgefusion.config import BaseConfig, NavigationConfig
+from edgefusion.config import NavigationConfig
 from edgefusion.errors import RefusedError
 from edgefusion.navigation.navigator import Navigator
 from edgefusion.navigation.progress import Reason, State
-from edgefusion.types import Pose2D, Scan, Twist2D
+from edgefusion.types import FARTHEST_M, Goal, Pose2D, Scan, Twist2D
 from navigator_drives import BASE, HERE, KHATIB, NAVIGATION, OPEN, Drive, S, goal_at, is_at, off
 
 CELL = np.vstack([box((2.5, 0.0), 1.2, 1.2), box((2.5, 0.0), 1.6, 1.6)])
@@ -179,22 +179,42 @@ def test_a_stamp_that_does_not_rise_is_refused_and_changes_nothing(stamp_ns):
 
 
 @pytest.mark.parametrize(
-    ("goal", "rear", "said"),
+    ("pose", "rear", "said"),
     [
-        (goal_at(1e5, 0.0), None, "goal goal: expected coordinates up to"),
-        (goal_at(1.0, 0.0), [(math.nan, 0.0)], "rear_points_m: expected finite values, got nan"),
+        (Pose2D(1e5, 0.0), None, r"pose: expected coordinates up to 50000 m, got Pose2D\(x_m=100000"),
+        (HERE, [(math.nan, 0.0)], "rear_points_m: expected coordinates up to 50000 m, got nan"),
+        (HERE, [(-0.5, 0.0), (0.0, -1e300)], r"rear_points_m: expected coordinates up to 50000 m, got -1e\+300"),
     ],
 )
-def test_what_no_step_can_be_made_of_is_refused(goal, rear, said):
-    navigator = Navigator(NAVIGATION, BASE)
+def test_what_no_step_can_be_made_of_is_refused_and_changes_nothing(pose, rear, said):
+    navigators = [Navigator(NAVIGATION, BASE) for _ in range(2)]
+    goal = goal_at(1.0, 0.0)
     with pytest.raises(RefusedError, match=said):
-        navigator.step(0, free_scan(0), HERE, goal, rear)
-    navigator.step(0, free_scan(0), HERE, goal_at(1.0, 0.0))  # as if it had not been asked
+        navigators[0].step(S, free_scan(S), pose, goal, rear)
+    answers = [navigator.step(S, free_scan(S), HERE, goal) for navigator in navigators]
+    assert answers[0] == answers[1]
 
 
-def test_a_footprint_that_no_base_can_have_is_refused():
-    with pytest.raises(ValueError, match="footprint"):
-        Navigator(NAVIGATION, BaseConfig(footprint_m=((1.0, 0.1), (0.5, 0.1), (0.5, -0.1))))
+def test_a_goal_that_jumps_move_beyond_all_maps_is_refused_and_another_is_not():
+    navigator = Navigator(NAVIGATION, BASE)
+    far = Pose2D(FARTHEST_M, 0.0)
+    navigator.step(S, None, far, Goal("there", far))
+    with pytest.raises(
+        RefusedError, match=r"^goal far, where jumps of the odometry moved it: expected coordinates up to"
+    ):
+        navigator.step(2 * S, None, Pose2D(-FARTHEST_M, 0.0), Goal("far", far))
+    _, progress = navigator.step(3 * S, None, Pose2D(-FARTHEST_M, 0.0), Goal("near", Pose2D(2.0 - FARTHEST_M, 0.0)))
+    assert progress.state is State.DRIVING
+
+
+@pytest.mark.parametrize("nothing", [[], (), np.zeros(0), np.zeros((0, 2)), None], ids=repr)
+def test_a_rear_sonar_that_sees_nothing_is_no_reason_to_refuse(nothing):
+    navigators = [Navigator(NAVIGATION, BASE) for _ in range(2)]
+    goal = goal_at(1.0, 0.0)
+    answers = [
+        navigator.step(S, free_scan(S), HERE, goal, *rear) for navigator, rear in zip(navigators, ((nothing,), ()))
+    ]
+    assert answers[0] == answers[1]
 
 
 def test_before_the_first_goal_there_is_no_way():

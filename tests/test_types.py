@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from edgefusion.types import STILL, Pose2D, Twist2D
+from edgefusion.errors import RefusedError
+from edgefusion.types import FARTHEST_M, STILL, Goal, Pose2D, Scan, Twist2D
 
 METRES, ANGLES = st.floats(-1e3, 1e3), st.floats(-10, 10)
 POSES = st.builds(Pose2D, METRES, METRES, ANGLES)
@@ -76,3 +77,32 @@ def test_numbers_that_are_not_finite_are_refused(value: float) -> None:
     for make, name in ((lambda: Pose2D(0, value), "pose"), (lambda: Twist2D(0, value), "twist")):
         with pytest.raises(ValueError, match=rf"^{name}: expected finite values, got \(0, {value}"):
             make()
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"ranges_m": [[1.0, 2.0]]}, r"ranges_m: expected shape \[n\], got \[1, 2\]"),
+        ({"angle_min": math.inf}, "angles: expected finite values, got inf and 0.1"),
+        ({"range_min_m": math.nan}, "range_min_m: expected a finite number of at least 0, got nan"),
+        ({"range_min_m": -0.1}, "range_min_m: expected a finite number of at least 0, got -0.1"),
+        ({"range_max_m": math.nan}, "range_max_m: expected above range_min_m, 0.0, got nan"),
+        ({"range_min_m": 2.0, "range_max_m": 2.0}, "range_max_m: expected above range_min_m, 2.0, got 2.0"),
+        ({"beam_dt_ns": [0, 1]}, r"beam_dt_ns: expected shape \[3\], got \[2\]"),
+        ({"beam_dt_ns": [[0, 1, 2]]}, r"beam_dt_ns: expected shape \[3\], got \[1, 3\]"),
+    ],
+)
+def test_a_scan_that_no_laser_could_measure_is_refused_by_name(changed: dict, said: str) -> None:
+    good = {"ranges_m": np.ones(3), "angle_min": 0.0, "angle_increment": 0.1, "beam_dt_ns": [0, 1, 2]}
+    Scan(0, **good)
+    with pytest.raises(RefusedError, match=f"^{said}$"):
+        Scan(0, **{**good, **changed})
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_goal_is_nowhere_that_no_map_reaches(sign: int) -> None:
+    Goal("near", Pose2D(sign * FARTHEST_M, -sign * FARTHEST_M))
+    beyond = sign * (FARTHEST_M + 1)
+    for pose in (Pose2D(beyond, 0), Pose2D(0, beyond)):
+        with pytest.raises(RefusedError, match=r"^goal far: expected coordinates up to 50000 m, got Pose2D\("):
+            Goal("far", pose)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""The few data types that everything exchanges. Frozen; arrays are read-only.
+"""The few data types that everything exchanges. Frozen; arrays are read-only; RefusedError where none can be made.
 
 Stamps are nanoseconds of the monotonic clock of the robot's computer. Frames as in ROS REP 103/105: `odom`,
 `base_link` and `laser` (x forward, y left, z up), `camera_optical` (z forward, x right, y down). Angles in
@@ -16,6 +16,8 @@ from typing import NamedTuple, Tuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+
+from edgefusion.errors import RefusedError
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -41,7 +43,8 @@ class Scan:
     """One sweep of the laser, in its own frame.
 
     stamp_ns: when the middle beam was measured. ranges_m: float32[n]; +inf = free up to range_max_m, -inf = an
-    obstacle nearer than range_min_m, NaN = unknown (REP 117). beam_dt_ns: per-beam offsets from stamp_ns, or None.
+    obstacle nearer than range_min_m, NaN = unknown (REP 117). beam_dt_ns: int64[n], per-beam offsets from stamp_ns, or
+    None.
     """
 
     stamp_ns: int
@@ -55,12 +58,21 @@ class Scan:
     def __post_init__(self) -> None:
         ranges_m = np.asarray(self.ranges_m, np.float32)
         if ranges_m.ndim != 1:
-            raise ValueError(f"ranges_m: expected shape [n], got {list(ranges_m.shape)}")
+            raise RefusedError(f"ranges_m: expected shape [n], got {list(ranges_m.shape)}")
         if not (math.isfinite(self.angle_min) and math.isfinite(self.angle_increment)):
-            raise ValueError(f"angles: expected finite values, got {self.angle_min} and {self.angle_increment}")
+            raise RefusedError(f"angles: expected finite values, got {self.angle_min} and {self.angle_increment}")
+        if not 0 <= self.range_min_m < math.inf:
+            raise RefusedError(f"range_min_m: expected a finite number of at least 0, got {self.range_min_m}")
+        if not self.range_max_m > self.range_min_m:
+            raise RefusedError(
+                f"range_max_m: expected above range_min_m, {self.range_min_m}, got {self.range_max_m}"
+            )
         object.__setattr__(self, "ranges_m", read_only(ranges_m))
         if self.beam_dt_ns is not None:
-            object.__setattr__(self, "beam_dt_ns", read_only(np.asarray(self.beam_dt_ns, np.int64)))
+            dt_ns = np.asarray(self.beam_dt_ns, np.int64)
+            if dt_ns.shape != ranges_m.shape:
+                raise RefusedError(f"beam_dt_ns: expected shape {list(ranges_m.shape)}, got {list(dt_ns.shape)}")
+            object.__setattr__(self, "beam_dt_ns", read_only(dt_ns))
 
     @property
     def angles(self) -> npt.NDArray[np.float64]:
@@ -77,7 +89,7 @@ class Frame:
 
     def __post_init__(self) -> None:
         if self.image.dtype != np.uint8 or self.image.ndim != 3 or self.image.shape[2] != 3:
-            raise ValueError(
+            raise RefusedError(
                 f"image: expected uint8 [height, width, 3], got {self.image.dtype} {list(self.image.shape)}"
             )
         object.__setattr__(self, "image", read_only(self.image))
@@ -93,7 +105,7 @@ class Pose2D:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.x_m) and math.isfinite(self.y_m) and math.isfinite(self.theta)):
-            raise ValueError(f"pose: expected finite values, got ({self.x_m}, {self.y_m}, {self.theta})")
+            raise RefusedError(f"pose: expected finite values, got ({self.x_m}, {self.y_m}, {self.theta})")
 
     def matrix(self) -> npt.NDArray[np.float64]:
         """The transform [4, 4] that maps coordinates of this pose's frame into its parent's."""
@@ -127,7 +139,7 @@ class Twist2D:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.v_mps) and math.isfinite(self.w_radps)):
-            raise ValueError(f"twist: expected finite values, got ({self.v_mps}, {self.w_radps})")
+            raise RefusedError(f"twist: expected finite values, got ({self.v_mps}, {self.w_radps})")
 
     def motion(self, duration_s: float) -> Pose2D:
         """Where this velocity leads to, in the frame that it starts from: an arc, exactly. Also backwards in time."""
@@ -138,6 +150,9 @@ class Twist2D:
 
 MOST_TOLERANCE_M = 100.0
 """Of a goal's place: who is content farther off has no goal."""
+
+FARTHEST_M = 5e4
+"""From the origin of `odom`, along either axis, nobody drives: navigation's maps reach twice as far."""
 
 
 @dataclass(frozen=True)
@@ -155,11 +170,13 @@ class Goal:
     def __post_init__(self) -> None:
         for name in ("position_tolerance_m", "heading_tolerance"):
             if not 0 < getattr(self, name) < math.inf:
-                raise ValueError(f"{name}: expected a finite number above 0, got {getattr(self, name)}")
+                raise RefusedError(f"{name}: expected a finite number above 0, got {getattr(self, name)}")
         if self.position_tolerance_m > MOST_TOLERANCE_M:
-            raise ValueError(
+            raise RefusedError(
                 f"position_tolerance_m: expected at most {MOST_TOLERANCE_M:g}, got {self.position_tolerance_m:g}"
             )
+        if max(abs(self.pose.x_m), abs(self.pose.y_m)) > FARTHEST_M:
+            raise RefusedError(f"goal {self.id}: expected coordinates up to {FARTHEST_M:g} m, got {self.pose}")
 
 
 class HealthState(str, Enum):
@@ -181,9 +198,9 @@ class Health:
 
     def __post_init__(self) -> None:
         if not self.component:
-            raise ValueError("component: expected a name, got none")
+            raise RefusedError("component: expected a name, got none")
         if self.state is not HealthState.OK and not self.reason:
-            raise ValueError(f"reason: expected why {self.component} is {self.state.value}, got none")
+            raise RefusedError(f"reason: expected why {self.component} is {self.state.value}, got none")
 
 
 STILL = Pose2D()

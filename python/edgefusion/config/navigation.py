@@ -10,6 +10,7 @@ from typing import Literal, Tuple
 
 import msgspec
 
+from edgefusion.config.outline import check_outline
 from edgefusion.config.strict import Seconds, UpTo1, UpTo10, UpTo100, check_fields
 from edgefusion.errors import RefusedError
 
@@ -43,6 +44,7 @@ class BaseConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
 
     def __post_init__(self) -> None:
         check_fields(self)
+        check_outline("footprint_m", self.footprint_m)
 
 
 class KhatibConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -17,10 +17,7 @@ from edgefusion.navigation.errand import Errand, Now
 from edgefusion.navigation.local_frame import LocalFrame
 from edgefusion.navigation.progress import Progress
 from edgefusion.navigation.surroundings import Surroundings
-from edgefusion.types import Goal, Pose2D, Scan, Twist2D
-
-FARTHEST_M = 5e4
-"""From the origin of `odom` to a goal, along either axis: the core's maps reach twice as far."""
+from edgefusion.types import FARTHEST_M, Goal, Pose2D, Scan, Twist2D
 
 _NS_PER_S = 1e9
 
@@ -34,7 +31,6 @@ class Navigator:
     """
 
     def __init__(self, navigation: NavigationConfig, base: BaseConfig) -> None:
-        """Raises ValueError for a footprint that no base can have."""
         self._navigation, self._base = navigation, base
         self._frame, self._drive = LocalFrame(base), DriveModel(base)
         self._surroundings = Surroundings(navigation, base)
@@ -60,16 +56,19 @@ class Navigator:
         same goal again needs another id. rear_points_m [k, 2]: what a rear sonar sees now, in base_link. sent: what
         went to the robot after the last step, where that was not its answer.
 
-        Raises RefusedError, before anything has changed, for a stamp that is not after the last one's, a goal farther
-        than 50 km from the origin along an axis, and rear points that are not finite [k, 2].
+        Raises RefusedError, before anything has changed, for a stamp that is not after the last one's, a pose farther
+        than FARTHEST_M from the origin along an axis, and rear points that are not [k, 2] or farther than that. An
+        empty list is none of them. Raises RefusedError, too, for a goal that jumps of the odometry have moved beyond
+        all maps.
         """
-        rear = self._checked(stamp_ns, goal, rear_points_m)
+        rear = self._checked(stamp_ns, pose, rear_points_m)
         held = sent == Twist2D() != self._answer
         if sent is not None:
             self._drive.sent(sent)
         errand = self._errand_for(goal)
         here = self._moved_to(stamp_ns, pose)
         target = self._frame.place(goal.pose)
+        _expect_within(2 * FARTHEST_M, f"goal {goal.id}, where jumps of the odometry moved it", target)
         self._surroundings.stand(stamp_ns, here, target)
         if scan is not None:
             self._surroundings.see(scan, here)
@@ -90,17 +89,19 @@ class Navigator:
         """All that was seen and has not faded [n, 2], in `odom`."""
         return self._frame.in_odom(self._surroundings.map.points())
 
-    def _checked(self, stamp_ns: int, goal: Goal, rear_points_m: npt.ArrayLike | None) -> npt.NDArray[np.float64]:
+    def _checked(self, stamp_ns: int, pose: Pose2D, rear_points_m: npt.ArrayLike | None) -> npt.NDArray[np.float64]:
         """The rear points [k, 2]. Raises RefusedError for what no step can be made of."""
         if self._stamp_ns is not None and stamp_ns <= self._stamp_ns:
             raise RefusedError(f"stamp_ns: expected more than {self._stamp_ns}, got {stamp_ns}")
-        if max(abs(goal.pose.x_m), abs(goal.pose.y_m)) > FARTHEST_M:
-            raise RefusedError(f"goal {goal.id}: expected coordinates up to {FARTHEST_M:g} m, got {goal.pose}")
+        _expect_within(FARTHEST_M, "pose", pose)
         rear = np.zeros((0, 2)) if rear_points_m is None else np.asarray(rear_points_m, float)
+        if rear.shape == (0,):
+            rear = rear.reshape(0, 2)
         if rear.ndim != 2 or rear.shape[1] != 2:
             raise RefusedError(f"rear_points_m: expected shape [k, 2], got {list(rear.shape)}")
-        if not np.isfinite(rear).all():
-            raise RefusedError(f"rear_points_m: expected finite values, got {rear[~np.isfinite(rear)][0]}")
+        beyond = rear[~(np.abs(rear) <= FARTHEST_M)]
+        if len(beyond):
+            raise RefusedError(f"rear_points_m: expected coordinates up to {FARTHEST_M:g} m, got {beyond[0]:g}")
         return rear
 
     def _scan_age_s(self, stamp_ns: int) -> float:
@@ -123,3 +124,8 @@ class Navigator:
             self._drive.moved(self._stamp_ns, stamp_ns, here.relative_to(self._pose))
         self._stamp_ns, self._pose = stamp_ns, here
         return here
+
+
+def _expect_within(most_m: float, name: str, pose: Pose2D) -> None:
+    if max(abs(pose.x_m), abs(pose.y_m)) > most_m:
+        raise RefusedError(f"{name}: expected coordinates up to {most_m:g} m, got {pose}")

@@ -20,7 +20,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.navigation.law import as_carried
 from edgefusion.navigation.mission import Mission
 from edgefusion.navigation.mission_step import MissionState, MissionStep
-from edgefusion.navigation.navigator import FARTHEST_M, Navigator
+from edgefusion.navigation.navigator import Navigator
 from edgefusion.navigation.safety import Action, SafetyGate, Stamps, judge_health
 from edgefusion.service.base_inputs import Inputs, Outputs
 from edgefusion.service.failure_watch import FailureWatch, first_failure
@@ -55,7 +55,7 @@ class BaseLoop:
 
         Raises RefusedError, and changes nothing, while the robot may not be driven, and as Mission.goto.
         """
-        refusal = self._refusal(goals)
+        refusal = self._refusal()
         if refusal:
             raise RefusedError(f"goal: refused: {refusal}")
         self._mission.goto(goals)
@@ -159,15 +159,10 @@ class BaseLoop:
         except RefusedError:  # of a time when nobody knows where the robot was
             return None
 
-    def _refusal(self, goals: Sequence[Goal]) -> str:
-        """Why these goals are not driven to; empty where they are."""
+    def _refusal(self) -> str:
+        """Why no goal is driven to; empty where they are."""
         findings = judge_health(self._healths, self._safety)
         reasons = [finding.reason for finding in findings if finding.action >= Action.STOP]
         if self._battery_v < self._low_battery_v:
             reasons.append(f"robot: the battery is low: {self._battery_v:.1f} V")
-        reasons += [
-            f"{goal.id}: expected coordinates up to {FARTHEST_M:g} m, got {goal.pose}"
-            for goal in goals
-            if max(abs(goal.pose.x_m), abs(goal.pose.y_m)) > FARTHEST_M
-        ]
         return "; ".join(reasons)
