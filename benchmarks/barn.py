@@ -18,7 +18,7 @@ import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any, List, Sequence
 
 from benchmarks.barn_setups import FIELDS, VARIANTS, Setup, setups
 from benchmarks.barn_table import HEADER, cells, row
@@ -77,16 +77,25 @@ def world_record(world: BarnWorld, run: Run) -> dict[str, Any]:
     return {"world": world.number, **run.record(), "score": round(points, 4)}
 
 
+def chosen(worlds: List[BarnWorld], only: Sequence[int]) -> List[BarnWorld]:
+    """Those of the numbers, or all where none is given. Raises RefusedError for a number that none of them has."""
+    unknown = sorted(set(only) - {world.number for world in worlds})
+    if unknown:
+        raise RefusedError(f"--only: expected numbers of worlds in the index, got {', '.join(map(str, unknown))}")
+    return [world for world in worlds if not only or world.number in only]
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     parser = _parser()
     args = parser.parse_args(argv)
     try:
         index, worlds = read_worlds(args.worlds, args.index)
+        worlds = chosen(worlds, args.only)[: args.limit]
+        driven = setups(index, args.fields, args.speeds, args.variants)
     except RefusedError as error:
         parser.exit(2, f"{parser.prog}: {error}\n")
-    worlds = [world for world in worlds if not args.only or world.number in args.only][: args.limit]
     rows, details = [], []
-    for setup in setups(index, args.fields, args.speeds, args.variants):
+    for setup in driven:
         jobs = [Job(setup, index, world, args.seed, args.out / "barn" if args.pictures else None) for world in worlds]
         runs = every(
             run_world, jobs, args.processes, f"{setup.field}, {setup.base.max_speed_mps:g} m/s, {setup.variant}"

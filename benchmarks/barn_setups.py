@@ -12,6 +12,7 @@ from benchmarks.barn_worlds import Index
 from benchmarks.nav_run import plan_spec
 
 from edgefusion.config import BaseConfig
+from edgefusion.errors import RefusedError
 from edgefusion.sim.hull import Hull
 from edgefusion.sim.laser import LaserSpec
 from edgefusion.sim.plan_simulation import PlanSpec
@@ -52,10 +53,16 @@ def jackal(index: Index, speed_mps: float, delay_s: float = 0.0) -> BaseConfig:
 
 
 def setups(index: Index, fields: Sequence[Field], speeds: Sequence[float], variants: Sequence[str]) -> List[Setup]:
-    """The rows of the table: the fields at the speeds, then the variants at 1.0 m/s."""
+    """The rows of the table: the fields at the speeds, then the variants at 1.0 m/s.
+
+    Raises RefusedError where that is nothing, for a speed that no base has, and for an index's impossible footprint.
+    """
     bases = [jackal(index, speed_mps) for speed_mps in speeds]
     plain = [Setup(field, "-", base, _jackal_spec(base)) for field in fields for base in bases]
-    return plain + [_variant(index, name) for name in variants]
+    rows = plain + [_variant(index, name) for name in variants]
+    if not rows:
+        raise RefusedError("--fields, --speeds, --variants: expected something to drive, got none")
+    return rows
 
 
 def _jackal_spec(base: BaseConfig, percent: float = 0.0) -> PlanSpec:

@@ -113,6 +113,28 @@ def test_the_command_refuses_in_one_line(files, capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("index", "options", "said"),
+    [
+        (INDEX, ["--only", "4", "9999", "-1"], "--only: expected numbers of worlds in the index, got -1, 9999"),
+        (INDEX, ["--speeds", "0"], "max_speed_mps: "),
+        (INDEX, ["--speeds", "1", "nan"], "max_speed_mps: "),
+        (INDEX, ["--speeds", "11"], "max_speed_mps: "),
+        (INDEX, ["--speeds", "--variants"], "--fields, --speeds, --variants: expected something to drive, got none"),
+        ({**INDEX, "footprint": [[0, 0], [1, 0], [1, 1]]}, [], "footprint_m: "),
+        ({**INDEX, "footprint": [[0, 0], [1, 0]]}, [], ""),
+    ],
+)
+def test_what_cannot_be_driven_is_refused_in_one_line_before_anything_is(files, tmp_path, capsys, index, options, said):
+    paths = files(index)
+    with pytest.raises(SystemExit) as refused:
+        barn.main(["--worlds", str(paths[0]), "--index", str(paths[1]), "--out", str(tmp_path / "out"), *options])
+    assert refused.value.code == 2
+    out, err = capsys.readouterr()
+    assert err.startswith(f"python -m benchmarks.barn: {said}") and err.count("\n") == 1
+    assert not out and not (tmp_path / "out").exists()
+
+
 def test_the_setups_are_those_that_the_table_promises(files):
     table = setups(read_worlds(*files())[0], ["navigation-function", "khatib"], [1.0, 2.0], VARIANTS)
     assert [(each.field, each.variant, each.base.max_speed_mps) for each in table] == [
