@@ -16,6 +16,7 @@ from edgefusion.config.navigation import BaseConfig, KhatibConfig, NavigationCon
 from edgefusion.config.perception import USUAL_HEIGHTS, HeightRule, Heights, PerceptionConfig, SyncConfig
 from edgefusion.config.pioneer import PioneerConfig
 from edgefusion.config.safety import SafetyConfig
+from edgefusion.config.service import ServiceConfig
 from edgefusion.config.strict import convert, read_toml
 
 __all__ = [
@@ -33,6 +34,7 @@ __all__ = [
     "PioneerConfig",
     "PioneerConfig",
     "SafetyConfig",
+    "ServiceConfig",
     "SyncConfig",
     "convert",
     "load_config",
@@ -53,6 +55,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     robot: PioneerConfig = PioneerConfig()
     laser: LaserConfig = LaserConfig()
     camera: CameraConfig = CameraConfig()
+    service: ServiceConfig = ServiceConfig()
 
 
 def load_config(path: Path | None) -> Config:
