@@ -71,6 +71,17 @@ def test_a_dead_end_that_was_not_known_is_entered_and_left_again():
     assert (np.abs(way[:, 1]) > 0.6).any()  # around it
 
 
+def test_a_way_that_opens_after_a_while_is_driven_and_not_manoeuvred_out_of():
+    """Shut just when the robot sets out: to stand without a way is not to be stalled."""
+    open_, shut = (np.vstack([box((2.0, 0.0), 6.0, 2.0), *more]) for more in ((), (wall((2.0, -1.1), (2.0, 1.1)),)))
+    drive = Drive(lambda stamp_ns: shut if 0.2 * S <= stamp_ns <= 2.8 * S else open_)
+    drive.until_end(goal_at(4.0, 0.0), 20)
+    assert drive.last.state is State.ARRIVED
+    notes = [step.progress.note for step in drive.steps]
+    assert notes.count("looks for a way") > 40
+    assert not {"looks for a way out", "manoeuvres"} & set(notes)
+
+
 def test_the_papers_field_reaches_a_goal_on_open_ground():
     goal = goal_at(2.0, 1.0, 2.0)
     drive = Drive(OPEN, navigation=KHATIB).until_end(goal, 20)

@@ -26,16 +26,28 @@ def test_a_robot_that_stays_is_stalled_after_a_while():
     assert answers == [False] * 8 + [True] * 2  # from 0.8 s on
 
 
+def stays(stall, pose, from_s, until_s):
+    """The last answer of those asked ten times a second."""
+    return [stall.lasts(round(tick * S / 10), pose) for tick in range(round(10 * from_s), round(10 * until_s) + 1)][-1]
+
+
 @pytest.mark.parametrize(
     ("moved", "stalled"),
     [(Pose2D(0.02, 0.02, 0.0), True), (Pose2D(0.03, 0.01, 0.0), False), (turned(5.9), True), (turned(-6.1), False)],
 )
 def test_to_move_or_to_turn_is_not_to_be_stalled(moved, stalled):
     stall = Stall()
-    stall.lasts(0, HERE)
-    stall.lasts(S // 2, moved)
-    assert stall.lasts(S, moved) is stalled
-    assert stall.lasts(2 * S, moved)
+    stays(stall, HERE, 0, 0.4)
+    assert stays(stall, moved, 0.5, 1.0) is stalled
+    assert stays(stall, moved, 1.1, 2.0)
+
+
+def test_only_steps_in_which_it_is_asked_count():
+    stall = Stall()
+    stays(stall, HERE, 0, 0.4)
+    assert not stays(stall, HERE, 60, 60.1)
+    assert not stays(stall, HERE, 90, 90)
+    assert stays(stall, HERE, 90, 90.1)
 
 
 def test_to_go_to_and_fro_on_the_spot_is_to_be_stalled():
@@ -46,8 +58,8 @@ def test_to_go_to_and_fro_on_the_spot_is_to_be_stalled():
 
 def test_a_turn_across_the_half_turn_is_a_small_one():
     stall = Stall()
-    stall.lasts(0, turned(179))
-    assert stall.lasts(S, turned(-179))
+    stays(stall, turned(179), 0, 0.3)
+    assert stays(stall, turned(-179), 0.4, 0.8)
 
 
 def test_a_way_that_is_shut_for_long_enough_is_given_up_for_the_newest_reason():

@@ -17,15 +17,21 @@ class Stall:
     """Whether the robot has hardly moved or turned for some time."""
 
     PLACE_M, TURN, AFTER_S = 0.03, math.radians(6), 0.8
+    STEP_S = 0.1
+    """Between two steps at most: who was not asked for longer does not know whether the robot was to move."""
 
     def __init__(self) -> None:
-        self._from: tuple[int, Pose2D] | None = None
+        self._from: Pose2D | None = None
+        self._asked_ns = self._lasted_ns = 0
 
     def lasts(self, stamp_ns: int, pose: Pose2D) -> bool:
-        """Asked at every step; a step without being asked does not matter."""
-        if self._from is None or self._moved(self._from[1], pose):
-            self._from = stamp_ns, pose
-        return stamp_ns - self._from[0] >= self.AFTER_S * _NS_PER_S
+        """Asked at every step in which the robot is to move; the others do not count."""
+        if self._from is None or self._moved(self._from, pose):
+            self._from, self._lasted_ns = pose, 0
+        else:
+            self._lasted_ns += min(stamp_ns - self._asked_ns, round(self.STEP_S * _NS_PER_S))
+        self._asked_ns = stamp_ns
+        return self._lasted_ns >= self.AFTER_S * _NS_PER_S
 
     def _moved(self, before: Pose2D, pose: Pose2D) -> bool:
         place_m = math.hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
