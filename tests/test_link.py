@@ -162,6 +162,37 @@ def test_a_byte_ends_the_silence(pty, make_link):
     assert link.read(1) == b""
 
 
+def test_a_limit_of_silence_ends_with_the_port_that_it_was_set_for(pty, make_link):
+    clock = SimClock()
+    link = make_link(pty.path, clock=clock)
+    link.open()
+    link.expect_within(0.25)
+    clock.advance(300 * MS)
+    with pytest.raises(LinkSilentError):
+        link.read(1)
+    link.open()
+    clock.advance(9000 * MS)
+    assert link.read(1) == b""
+
+
+def test_bytes_that_came_while_the_process_was_halted_are_no_silence(pty, make_link):
+    clock = SimClock()
+    halts = []
+
+    def clock_of_a_process() -> int:
+        while halts:  # between the reading that found nothing and its end
+            os.write(pty.master, halts.pop())
+            clock.advance(1000 * MS)
+        return clock()
+
+    link = make_link(pty.path, clock=clock_of_a_process)
+    link.open()
+    link.expect_within(0.25)
+    halts.append(b"from it")
+    assert link.read(7) == b""
+    assert link.read(7) == b"from it"
+
+
 def test_a_peer_that_does_not_read_blocks_nobody(pty, make_link):
     link = make_link(pty.path)
     link.open()

@@ -88,7 +88,7 @@ class Link:
         except FAILURES as error:
             self._backoff.failed(self._clock())
             raise LinkLostError(f"{self.name}: cannot be opened: {error}") from error
-        self._heard_ns = self._clock()
+        self.expect_within(math.inf)
         try:
             self._on_open(self)
         except BaseException:
@@ -110,7 +110,10 @@ class Link:
         self._heard_ns = self._clock()
 
     def read(self, n: int) -> bytes:
-        """n bytes, or what came of them within 20 ms: perhaps none. Raises LinkLostError, LinkSilentError."""
+        """n bytes, or what came of them within 20 ms: perhaps none. Raises LinkLostError, LinkSilentError.
+
+        A process that was halted finds bytes waiting: that is no silence.
+        """
         try:
             data = bytes(self._opened().read(n))
         except FAILURES as error:
@@ -119,7 +122,7 @@ class Link:
         if data:
             self._heard_ns = now_ns
             self._backoff.reset()
-        elif now_ns - self._heard_ns > self._silence_limit_s * 1e9:
+        elif now_ns - self._heard_ns > self._silence_limit_s * 1e9 and not self.waiting_bytes:
             self._drop()
             raise LinkSilentError(f"{self.name}: nothing came for {(now_ns - self._heard_ns) / 1e9:.2f} s")
         return data
