@@ -334,11 +334,11 @@ def test_a_time_that_is_not_after_the_last_is_refused() -> None:
 
 
 def test_the_scan_age_of_the_laser_only_shortens_what_is_configured() -> None:
-    safety = msgspec.structs.replace(CONFIG.safety, max_scan_age_s=0.3)
+    safety = msgspec.structs.replace(CONFIG.safety, max_scan_age_s=0.4)
     bench = Bench(BaseLoop(msgspec.structs.replace(CONFIG, safety=safety), scan_age_limit_s=0.7), room())
     bench.run(1)
     bench.mute.add("laser")
-    assert "scan: older than 0.3 s" in bench.run(0.5)[-1].decision.reason
+    assert "scan: older than 0.4 s" in bench.run(0.5)[-1].decision.reason
 
 
 EVENTS = st.lists(

@@ -18,6 +18,8 @@ from edgefusion.config.pioneer import PioneerConfig
 from edgefusion.config.safety import SafetyConfig
 from edgefusion.config.service import ServiceConfig
 from edgefusion.config.strict import convert, read_toml
+from edgefusion.config.vision import VisionConfig
+from edgefusion.errors import RefusedError
 
 __all__ = [
     "USUAL_HEIGHTS",
@@ -32,10 +34,10 @@ __all__ = [
     "NavigationConfig",
     "PerceptionConfig",
     "PioneerConfig",
-    "PioneerConfig",
     "SafetyConfig",
     "ServiceConfig",
     "SyncConfig",
+    "VisionConfig",
     "convert",
     "load_config",
     "read_toml",
@@ -55,6 +57,20 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     robot: PioneerConfig = PioneerConfig()
     laser: LaserConfig = LaserConfig()
     camera: CameraConfig = CameraConfig()
+    vision: VisionConfig = VisionConfig()
+
+    def __post_init__(self) -> None:
+        if self.robot.port == self.laser.port:
+            raise RefusedError(f"laser.port: expected another one than robot.port, got {self.laser.port}")
+        # A scan is as old as that when it is there, and twice as old when the next one is.
+        least_s = 2 * self.laser.telegram_s
+        for name, section in (("safety", self.safety), ("navigation", self.navigation)):
+            if section.max_scan_age_s < least_s:
+                raise RefusedError(
+                    f"{name}.max_scan_age_s: expected at least {least_s:.2g}, twice as long as laser.beams take at "
+                    f"laser.baudrate, got {section.max_scan_age_s:g}"
+                )
+
     service: ServiceConfig = ServiceConfig()
 
 

@@ -9,7 +9,7 @@ from typing import Optional, Union
 
 import msgspec
 
-from edgefusion.config.strict import Seconds, UpTo1, UpTo10, check_fields
+from edgefusion.config.strict import Place, Seconds, UpTo1, UpTo10, check_fields
 from edgefusion.errors import RefusedError
 
 if sys.version_info >= (3, 9):
@@ -19,37 +19,48 @@ else:
 
 Pixels = Annotated[int, msgspec.Meta(ge=16, le=8192)]
 Index = Annotated[int, msgspec.Meta(ge=0, le=255)]
-Place = Annotated[str, msgspec.Meta(min_length=1, max_length=1024)]
 CSI = "csi:"
 
 
 class CameraConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The times are those of the fault figures: lost within 0.5 s, frozen or blind within 1 s."""
+    """Where pictures come from, and when the camera counts as lost, frozen or blind.
 
-    # The number of a V4L2 device, its path, a video file, a URL, or "csi:0": the first CSI camera of a Jetson.
+    The times are those of the fault figures: lost within 0.5 s, frozen or blind within 1 s. What a device is to be set
+    to may be left out: it then does what it does by itself.
+    """
+
     source: Union[Index, Place] = 0
-    # What the camera is set to; left out: what it does by itself. A picture of another size is a fault.
+    """The number of a V4L2 device, its path, a video file, a URL, or "csi:0": the first CSI camera of a Jetson."""
     width: Optional[Pixels] = None
+    """Of the pictures; one of another size is a fault. [px]"""
     height: Optional[Pixels] = None
+    """As width, and only with it. [px]"""
     rate_hz: Optional[Annotated[float, msgspec.Meta(gt=0, le=1000)]] = None
+    """Of the pictures; of a video file, how fast it plays."""
     exposure_s: Optional[UpTo1] = None
-    # Four letters, as "MJPG": few USB cameras give raw pictures fast enough.
+    """Set by hand; a long one blurs what passes by."""
     fourcc: Optional[Annotated[str, msgspec.Meta(pattern="^[A-Za-z0-9]{4}$")]] = None
-    # How long before it arrives a picture is exposed (the middle of it): its stamp is so much earlier.
+    """Four letters, as "MJPG": few USB cameras give raw pictures fast enough."""
     exposure_offset_s: Annotated[float, msgspec.Meta(ge=0, le=1)] = 0.0
-    # The newest pictures of so long are kept.
+    """How long before it arrives a picture is exposed (the middle of it): its stamp is so much earlier."""
     keep_s: UpTo10 = 1.0
-    # No picture for so long: lost. The same one for so long: frozen. Black, white or covered for so long: blind.
+    """The newest pictures of so long are kept."""
     lost_s: Seconds = 0.4
+    """No picture for so long: lost."""
     frozen_s: Seconds = 0.8
+    """The same picture for so long: frozen."""
     blind_s: Seconds = 0.5
-    # What neither opens nor reads within so long is abandoned, and opened again after a pause that doubles.
+    """Black, white or covered for so long: blind."""
     open_timeout_s: Seconds = 5.0
+    """What does not open within so long is abandoned, and opened again after a pause."""
     read_timeout_s: Seconds = 1.0
+    """What gives no picture within so long is abandoned, and opened again after a pause."""
     first_pause_s: Seconds = 0.1
+    """The first pause before it is opened again; it doubles each time."""
     longest_pause_s: Seconds = 1.0
-    # The program that brings pictures of CSI cameras.
+    """The pause doubles up to this."""
     gst_launch: Place = "gst-launch-1.0"
+    """The program that brings pictures of CSI cameras."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -60,8 +71,8 @@ class CameraConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
                 f"longest_pause_s: expected at least first_pause_s, {self.first_pause_s:g}, "
                 f"got {self.longest_pause_s:g}"
             )
-        if self.rate_hz is not None and self.lost_s * self.rate_hz < 2:
-            raise RefusedError(f"lost_s: expected two pictures' time, {2 / self.rate_hz:g}, got {self.lost_s:g}")
+        if self.rate_hz is not None:
+            _check_rate(self.rate_hz, self)
         if self.is_csi:
             _check_csi(self)
         elif not self.is_v4l2:
@@ -86,6 +97,13 @@ class CameraConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     def csi_sensor(self) -> int:
         """The number of the CSI camera."""
         return int(str(self.source)[len(CSI) :])
+
+
+def _check_rate(rate_hz: float, settings: CameraConfig) -> None:
+    if settings.lost_s * rate_hz < 2:
+        raise RefusedError(f"lost_s: expected two pictures' time, {2 / rate_hz:g}, got {settings.lost_s:g}")
+    if settings.exposure_s is not None and settings.exposure_s * rate_hz > 1:
+        raise RefusedError(f"exposure_s: expected at most 1 / rate_hz, {1 / rate_hz:g}, got {settings.exposure_s:g}")
 
 
 def _check_csi(settings: CameraConfig) -> None:

@@ -9,7 +9,7 @@ from typing import Literal, Optional, Tuple
 
 import msgspec
 
-from edgefusion.config.strict import check_fields
+from edgefusion.config.strict import Place, check_fields
 from edgefusion.errors import RefusedError
 
 if sys.version_info >= (3, 9):
@@ -23,9 +23,10 @@ Volts = Annotated[float, msgspec.Meta(ge=0, le=60)]
 
 
 class PioneerConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How a Pioneer is spoken to. How fast it may go is the base's."""
+    """A Pioneer, and how it is spoken to. How fast it may go is the base's."""
 
-    # Tried in this order until the robot answers; after power-on it listens at 9600.
+    port: Place = "/dev/robot"
+    """A serial port, or socket://HOST:PORT. docs/wiring.md says how it gets a name that stays."""
     baudrates: Annotated[Tuple[Baudrate, ...], msgspec.Meta(min_length=1, max_length=5)] = (
         9600,
         38400,
@@ -33,21 +34,28 @@ class PioneerConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
         115200,
         57600,
     )
-    # Switched to once connected, if the robot says that it comes back by itself at the end; none: stays as found.
+    """Tried in this order until the robot answers; after power-on it listens at 9600. [baud]"""
     faster_baudrate: Optional[Baudrate] = 38400
-    # What a count is, where a calibrated robot differs from its kind: [mm], [rad], [mm/s], [mm].
+    """Switched to once connected, if the robot says that it comes back by itself at the end, and it is faster than the
+    one it was found at. [baud]"""
     distance_factor_mm: Optional[Factor] = None
+    """What a count of its position is, where a calibrated robot differs from its kind."""
     heading_factor: Optional[Annotated[float, msgspec.Meta(gt=0, le=0.01)]] = None
+    """What a count of its heading is, where a calibrated robot differs from its kind. [rad]"""
     speed_factor_mmps: Optional[Factor] = None
+    """What a count of its wheels' speed is, where a calibrated robot differs from its kind."""
     range_factor_mm: Optional[Factor] = None
-    # "wheels" sends VEL2, in steps of 20 mm/s a wheel; "base" VEL and RVEL, in mm/s and deg/s.
+    """What a count of its sonar is, where a calibrated robot differs from its kind."""
     velocities: Literal["base", "wheels"] = "base"
+    """VEL and RVEL in mm/s and deg/s ("base"), or VEL2 in steps of 20 mm/s a wheel ("wheels")."""
     sonar: bool = True
-    # Whether the motors are enabled at the start; else by the button on the robot.
+    """Whether the sonar is switched on at the start: what is behind is seen by nothing else."""
     enable_motors: bool = True
-    # Below the first it is to be charged, and says so; below the second it takes no goals and stops.
+    """Whether the motors are enabled at the start; else by the button on the robot."""
     low_battery_v: Volts = 11.5
+    """Below this for 5 s it is to be charged, and says so."""
     empty_battery_v: Volts = 11.0
+    """Below this for 5 s it takes no goals and stops."""
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -24,25 +24,29 @@ Components = Annotated[Tuple[Component, ...], msgspec.Meta(max_length=32)]
 class SafetyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What the safety gate lets through. Ages count from capture; a command's from when it was computed."""
 
-    # A 38400-baud laser needs 0.75 s, one at 500 kbaud 0.2 s.
     max_scan_age_s: Seconds = 0.75
-    # 2.5 of the robot's 100 ms cycles.
+    """A robot without a newer scan stops. A 38400-baud laser needs 0.75 s, one at 500 kbaud 0.2 s."""
     max_odometry_age_s: Seconds = 0.25
-    # Older ones are only noted: obstacles are avoided by the laser.
+    """A robot without newer odometry stops: 2.5 of a Pioneer's 100 ms cycles."""
     max_detections_age_s: Seconds = 1.5
+    """Older detections are only noted: obstacles are avoided by the laser."""
     max_command_age_s: Seconds = 0.3
-    # So many fresh scans in a row let the robot go again.
+    """Older commands are not driven."""
     good_scans: Annotated[int, msgspec.Meta(ge=1, le=100)] = 5
-    # The period of the gate's steps, and the longest that is no reason to stop.
+    """So many fresh scans in a row let the robot go again. [scans]"""
     cycle_s: Seconds = 0.05
+    """The period of the gate's steps."""
     max_cycle_s: Seconds = 0.2
-    # From where its newest scan was taken, the robot can always stop within this: the older the scan, the slower.
+    """The longest period that is no reason to stop."""
     stopping_room_m: UpTo10 = 0.75
-    # Components that must report before anything moves; whose failure lasts until an operator resumes; and whose
-    # failure is only noted. Any other's failure stops for as long as it lasts.
+    """From where its newest scan was taken, the robot can always stop within this: the older the scan, the slower."""
     required: Components = ("robot", "laser")
+    """Components that must report before anything moves. Any component's failure stops the robot for as long as it
+    lasts, where it is not named below."""
     latching: Components = ("robot",)
+    """Components whose failure stops the robot until an operator resumes."""
     optional: Components = ("camera", "vision")
+    """Components whose failure is only noted."""
 
     def __post_init__(self) -> None:
         check_fields(self)

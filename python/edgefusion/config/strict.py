@@ -27,6 +27,9 @@ UpTo10 = Annotated[float, msgspec.Meta(gt=0, le=10)]
 UpTo100 = Annotated[float, msgspec.Meta(gt=0, le=100)]
 Seconds = Annotated[float, msgspec.Meta(gt=0, le=60)]
 Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
+Place = Annotated[str, msgspec.Meta(min_length=1, max_length=1024)]
+FilePath = Annotated[str, msgspec.Meta(min_length=1, max_length=1024, extra={"file": True})]
+"""In a file, it is relative to that file's folder."""
 T = TypeVar("T")
 
 
