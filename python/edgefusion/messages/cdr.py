@@ -36,8 +36,8 @@ def encode(message: Message) -> bytes:
     try:
         # Not the type's own buffer, which all threads would share.
         return message.serialize(buffer=Buffer(), endianness=Endianness.Little)
-    except Exception as error:  # pycdr2 raises no other; the cause is below one for each level
-        raise WireError(f"{ros_name(type(message))}: cannot be written: {_cause(error)}") from error
+    except Exception as error:  # pycdr2 raises no other
+        raise WireError(f"{ros_name(type(message))}: {_what_does_not_fit(error)}") from error
 
 
 def decode(cls: type[M], data: bytes) -> M:
@@ -99,7 +99,10 @@ class _Reader(Buffer):
             raise WireError(f"expected {size} bytes at {self._pos}, got {max(self._size - self._pos, 0)}")
 
 
-def _cause(error: BaseException) -> BaseException:
+def _what_does_not_fit(error: BaseException) -> str:
+    """The field's path and the reason; pycdr2 wraps the reason once for every level, each time naming a member."""
+    path = []
     while error.__cause__ is not None:
+        path.append(str(error).partition(",")[0].rpartition(" ")[2])
         error = error.__cause__
-    return error
+    return f"{'.'.join(path)}: expected a value that the field can hold: {str(error) or type(error).__name__}"
