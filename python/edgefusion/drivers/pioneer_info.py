@@ -10,8 +10,8 @@ from edgefusion.drivers.pioneer_factors import Factors
 from edgefusion.drivers.pioneer_limits import Limits
 from edgefusion.drivers.sip_config import Identity, RobotConfig
 
-_SILENCE_S, _CYCLES, _MS = 0.25, 2.5, 1e-3
-"""A Pioneer's usual cycle is 0.1 s."""
+_SILENCE_S, _CYCLES = 0.25, 2.5
+_USUAL_CYCLE_MS, _NS_PER_MS = 100, 1_000_000
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,15 @@ class RobotInfo:
     baudrate: int | None
 
     @property
+    def cycle_ns(self) -> int:
+        """From report to report."""
+        cycle_ms = self.parameters.sip_cycle_ms if self.parameters else None
+        return (cycle_ms or _USUAL_CYCLE_MS) * _NS_PER_MS
+
+    @property
     def silence_s(self) -> float:
         """A pause of more than this between its bytes is a loss."""
-        cycle_ms = self.parameters.sip_cycle_ms if self.parameters else None
-        return max(_SILENCE_S, _CYCLES * _MS * (cycle_ms or 0))
+        return max(_SILENCE_S, _CYCLES * self.cycle_ns / 1e9)
 
     @property
     def firmware(self) -> str:

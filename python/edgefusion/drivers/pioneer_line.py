@@ -28,7 +28,7 @@ class PioneerLine:
         self.clock = clock
         self.pause = pause
         self.reader = SipReader()
-        self._heard_ns = self._begun_ns = clock()
+        self._heard_ns = self._begun_ns = self.message_ns = clock()
         self._begun_bytes = 0
 
     @property
@@ -41,26 +41,33 @@ class PioneerLine:
         self.link.write(b"".join(packets))
 
     def receive(self) -> list[Message]:
-        """What came within 20 ms: a message as soon as it is whole. Raises LinkError."""
+        """What came within 20 ms: a message as soon as it is whole; all that wait, where the reader was held up.
+
+        message_ns tells then when the newest began to leave the robot. Raises LinkError.
+        """
         finder = self.reader.finder
         begins = finder.is_between_packets
-        data = self.link.read(finder.wanted_bytes)
+        data = self.link.read(max(finder.wanted_bytes, self.link.waiting_bytes))
         now_ns = self.clock()
         if not data:
             silence_ns = _SOCKET_SILENCE_NS if self.is_socket else _SILENCE_NS
-            return self.reader.give_up() if now_ns - self._heard_ns >= silence_ns else []
+            return self._stamped(self.reader.give_up()) if now_ns - self._heard_ns >= silence_ns else []
         self._heard_ns = now_ns
         if begins:
             self._begun_ns, self._begun_bytes = now_ns, 0
         self._begun_bytes += len(data)
-        return self.reader.feed(data)
+        return self._stamped(self.reader.feed(data))
 
-    @property
-    def message_ns(self) -> int:
-        """When the newest message began to leave the robot: its first bytes were there, or it was as long under way
-        as its bytes take."""
-        line_ns = 0 if self.is_socket else self._begun_bytes * _BITS_PER_BYTE * 1_000_000_000 // self.link.baudrate
-        return min(self._begun_ns, self._heard_ns - line_ns)
+    def _stamped(self, messages: list[Message]) -> list[Message]:
+        """The first bytes of the newest were there, or it was as long under way as its bytes and what follows take."""
+        if messages:
+            follow = self.reader.finder.pending_bytes
+            size = follow + (self._begun_bytes - follow) // len(messages)
+            line_ns = 0 if self.is_socket else size * _BITS_PER_BYTE * 1_000_000_000 // self.link.baudrate
+            begun_ns = self._begun_ns if len(messages) == 1 else self._heard_ns
+            self.message_ns = min(begun_ns, self._heard_ns - line_ns)
+            self._begun_ns, self._begun_bytes = self._heard_ns, follow
+        return messages
 
     def first(self, wanted: Callable[[Message], bool], within_s: float) -> Message | None:
         """The first message of a kind; those before it are skipped. None where none comes in time. Raises LinkError."""

@@ -21,7 +21,10 @@ from edgefusion.drivers.sip_status import Status
 from edgefusion.types import Pose2D
 
 NONSENSE_S = 1.0
-"""So long it may say nothing that makes sense."""
+"""So long it may say nothing that makes sense to who listens."""
+
+_TURN_NS = 100_000_000
+"""No turn listens for longer: a process that was halted has not heard nonsense meanwhile."""
 
 _MOTOR_TRIES, _MOTORS_S = 3, 0.35
 
@@ -32,18 +35,18 @@ class Session:
     def __init__(self, line: PioneerLine, info: RobotInfo, motion: Motion, reports: Reports) -> None:
         self._line = line
         self.info, self.motion, self.reports = info, motion, reports
-        self._understood_ns = line.clock()
+        self._turn_ns, self._nonsense_ns = line.clock(), 0
 
     def receive(self) -> list[RobotState]:
         """The states that came within 20 ms.
 
         Raises LinkError, also where the robot began anew, or says nothing that makes sense.
         """
-        states = [state for message in self._line.receive() for state in self._states(message)]
-        now_ns = self._line.clock()
-        if states:
-            self._understood_ns = now_ns
-        elif now_ns - self._understood_ns > NONSENSE_S * 1e9:
+        messages = self._line.receive()
+        states = [state for i, message in enumerate(messages) for state in self._states(message, len(messages) - 1 - i)]
+        before_ns, self._turn_ns = self._turn_ns, self._line.clock()
+        self._nonsense_ns = 0 if states else self._nonsense_ns + min(self._turn_ns - before_ns, _TURN_NS)
+        if self._nonsense_ns > NONSENSE_S * 1e9:
             raise RobotError(f"{self._line.link.name}: the robot said nothing that makes sense for {NONSENSE_S:g} s")
         return states
 
@@ -66,12 +69,15 @@ class Session:
                 return True
         return False
 
-    def _states(self, message: Message) -> list[RobotState]:
+    def _states(self, message: Message, behind: int) -> list[RobotState]:
+        """behind: how many have come after it, where the reader was held up: a cycle later each."""
         if isinstance(message, Packet):  # a reply to a handshake that nobody began: to the number of PULSE
             raise RobotError(f"{self._line.link.name}: the robot began anew")
         if not isinstance(message, Status):
             return []
-        state = self.reports.add(self._line.message_ns, message, self.motion.commanded)
+        # What it was told when it said what comes late, nobody knows any more.
+        commanded = None if behind else self.motion.commanded
+        state = self.reports.add(self._line.message_ns - behind * self.info.cycle_ns, message, commanded)
         return [] if state is None else [state]
 
 

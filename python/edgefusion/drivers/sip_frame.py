@@ -69,6 +69,11 @@ class PacketFinder:
         return not self._buffer
 
     @property
+    def pending_bytes(self) -> int:
+        """How many bytes of the one under way have come."""
+        return len(self._buffer)
+
+    @property
     def wanted_bytes(self) -> int:
         """How many bytes the packet under way lacks; before its count is there, those up to it. Whoever reads so many
         gets each packet when its last byte comes."""
