@@ -194,6 +194,22 @@ def test_the_checksum_of_nothing_is_zero() -> None:
     assert crc16(b"") == 0
 
 
+def crc_bit_by_bit(data: bytes) -> int:
+    """As it is documented."""
+    crc, before = 0, 0
+    for byte in data:
+        crc = ((crc & 0x7FFF) << 1) ^ 0x8005 if crc & 0x8000 else crc << 1
+        crc ^= byte | before << 8
+        before = byte
+    return crc
+
+
+@given(st.binary(max_size=MAX_TELEGRAM_BYTES))
+@example(b"\xff" * MAX_TELEGRAM_BYTES)
+def test_the_checksum_is_the_documented_one(data: bytes) -> None:
+    assert crc16(data) == crc_bit_by_bit(data)
+
+
 def test_who_reads_what_is_wanted_ends_with_the_telegram() -> None:
     reader, stream, steps = TelegramReader(), MODE_OK * 2, []
     while len(steps) < 6:

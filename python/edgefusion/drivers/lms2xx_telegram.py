@@ -11,6 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Container
 
+import numpy as np
+import numpy.typing as npt
+
 from edgefusion.errors import RefusedError
 
 STX, ACK, NAK = 0x02, 0x06, 0x15
@@ -26,14 +29,32 @@ _HEADER_BYTES = 4
 _GARBAGE_BYTES = 64
 
 
+def _weights() -> npt.NDArray[np.uint16]:
+    """What a byte of each value is in the checksum, by how many bytes follow it: [MAX_TELEGRAM_BYTES, 256].
+
+    With every byte that follows, the checksum is shifted by a bit, modulo the polynomial; a byte is added to it when it
+    comes, and, shifted by eight, once more with the next one.
+    """
+    weights = np.empty((MAX_TELEGRAM_BYTES, 256), np.uint16)
+    weights[0] = np.arange(256)
+    shifted = _shifted(weights[0]) ^ weights[0] << 8
+    for row in weights[1:]:
+        row[:] = shifted
+        shifted = _shifted(shifted)
+    return weights
+
+
+def _shifted(values: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint16]:
+    return (values << 1 ^ np.where(values & 0x8000, 0x8005, 0)).astype(np.uint16)
+
+
+_WEIGHTS, _FOLLOWING = _weights(), np.arange(MAX_TELEGRAM_BYTES)[::-1]
+
+
 def crc16(data: bytes) -> int:
-    """The checksum over STX to the end of the payload."""
-    crc, before = 0, 0
-    for byte in data:
-        crc = ((crc << 1) ^ 0x8005) & 0xFFFF if crc & 0x8000 else crc << 1
-        crc ^= byte | before << 8
-        before = byte
-    return crc
+    """The checksum over STX to the end of the payload; of MAX_TELEGRAM_BYTES at most."""
+    following = _FOLLOWING[MAX_TELEGRAM_BYTES - len(data) :]
+    return int(np.bitwise_xor.reduce(_WEIGHTS[following, np.frombuffer(data, np.uint8)]))
 
 
 def encode(payload: bytes, address: int = 0x00) -> bytes:
