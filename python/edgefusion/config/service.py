@@ -25,25 +25,32 @@ Patience = Annotated[float, msgspec.Meta(gt=0, le=3600)]
 class ServiceConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What `edgefusion run` starts and watches. A process that is silent for too long is killed and started again."""
 
-    # What this machine runs; the rest may run on another one.
     processes: Processes = ("bus", "base", "vision")
-    # So long each process may be silent. That of base is shorter than the 2 s after which a Pioneer stops by itself.
+    """What this machine runs; the rest may run on another one."""
     bus_silence_s: Seconds = 3.0
+    """So long the bus may be silent before it is taken for dead."""
     base_silence_s: Seconds = 1.5
+    """So long base may be silent: shorter than the 2 s after which a Pioneer stops by itself."""
     vision_silence_s: Seconds = 4.0
-    # So long each may take from its start to its first sign of life; vision loads its model in that time.
+    """So long vision may be silent."""
     bus_start_s: Patience = 10.0
+    """So long the bus may take from its start to its first sign of life."""
     base_start_s: Patience = 10.0
+    """So long base may take from its start to its first sign of life."""
     vision_start_s: Patience = 120.0
-    # The pause before a process is started again: after its first failure, doubled with each further one, at most.
+    """So long vision may take from its start to its first sign of life; it loads its model in that time."""
     first_pause_s: Seconds = 0.1
+    """The pause before a process is started again, after its first failure; it doubles with each further one."""
     longest_pause_s: Seconds = 5.0
-    # Vision is given up when it failed so often within so long. Then the robot drives on without it, or all ends.
+    """The pause doubles up to this."""
     vision_failures: Annotated[int, msgspec.Meta(ge=1, le=100)] = 5
+    """Vision is given up when it failed so often within vision_failures_within_s. [failures]"""
     vision_failures_within_s: Patience = 60.0
+    """Failures that are further apart are not counted together."""
     drive_without_vision: bool = True
-    # What is told: this and what is worse.
+    """Where vision was given up, the robot drives on without it; else all ends."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
+    """What is told: this and what is worse."""
 
     def __post_init__(self) -> None:
         check_fields(self)
