@@ -25,7 +25,7 @@ ALLOWED = {
     "navigation": CORE,
     "drivers": CORE - {"_core"},
     "messages": {"types", "errors"},
-    "bus": {"messages", "types", "errors"},
+    "bus": {"messages", "types", "errors", "clock", "config"},
     "recording": {"messages", "types", "errors"},
     "sim": CORE | {"drivers"},
     "service": None,  # everything

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The robot's router, in a process of its own: it alone reads what comes from the network.
+
+What is larger or comes faster than any command has no business at the motors' process, and ends here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from edgefusion.bus.access import access_control
+from edgefusion.bus.key_files import find_keys
+from edgefusion.bus.session import common_settings, open_session
+from edgefusion.bus.topics import COMMANDS, QUERIES, STOP, key_of
+from edgefusion.config.bus import BusConfig
+
+
+def open_router(config: BusConfig) -> zenoh.Session:
+    """The router; it routes until it is closed.
+
+    Raises RefusedError for keys that will not do, OSError for an endpoint that cannot be listened on.
+    """
+    try:
+        return open_session(router_settings(config))
+    except zenoh.ZError as error:
+        listen = ", ".join(config.listen)
+        raise OSError(f"bus: cannot listen on {listen}: is another router there? {error}") from error
+
+
+def router_settings(config: BusConfig) -> dict[str, Any]:
+    """What the router is told, by the names of Zenoh's configuration. Raises RefusedError for keys that will not do."""
+    settings = {
+        **common_settings(config.lease_s),
+        "mode": "router",
+        "listen/endpoints": list(config.listen),
+        "access_control": access_control(config.robot),
+        "low_pass_filter": [_size_limit(config)],
+        "downsampling": [_rate_limit(config)],
+    }
+    if config.keys is not None:
+        keys = find_keys(Path(config.keys))
+        settings["transport/link/tls"] = {
+            "root_ca_certificate": str(keys.ca),
+            "listen_certificate": str(keys.certificate),
+            "listen_private_key": str(keys.key),
+            "enable_mtls": True,
+        }
+    return settings
+
+
+def _size_limit(config: BusConfig) -> dict[str, Any]:
+    return {
+        "id": "command-size",
+        "messages": ["put", "query"],
+        "flows": ["ingress"],
+        "key_exprs": [key_of(config.robot, topic.name) for topic in COMMANDS]
+        + [key_of(config.robot, name) for name in QUERIES],
+        "size_limit": config.max_command_bytes + 512,
+    }
+
+
+def _rate_limit(config: BusConfig) -> dict[str, Any]:
+    """For each connection; a stop always gets through."""
+    return {
+        "id": "command-rate",
+        "messages": ["put", "query"],
+        "flows": ["ingress"],
+        "rules": [{"key_expr": key_of(config.robot, topic.name), "freq": config.max_command_hz} for topic in COMMANDS]
+        + [{"key_expr": key_of(config.robot, name), "freq": config.max_command_hz} for name in QUERIES if name != STOP],
+    }

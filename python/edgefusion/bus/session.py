@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Sessions of Zenoh that listen to nobody and look for nobody: they know the router's endpoint, and only that.
+
+A client waits for the router and then needs it; a member, as base and vision are, opens at once and is connected
+whenever the router is there. Both find it again after it was gone.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Mapping, Optional, Protocol
+
+import zenoh
+
+from edgefusion.bus.key_files import KeyFiles, find_keys
+from edgefusion.config.bus import BusConfig, check_client_endpoint
+
+RETRY = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
+
+
+class Declared(Protocol):
+    """A subscriber, publisher, queryable or token of Zenoh's."""
+
+    def undeclare(self) -> object: ...
+
+
+class UnreachableError(ConnectionError):
+    """The bus, or who should answer on it, is not there; one line says what was tried and what to look at."""
+
+
+def open_client(
+    endpoint: str, keys: Optional[Path] = None, timeout_s: float = 5.0, lease_s: float = 1.0
+) -> zenoh.Session:
+    """A session with the router at tcp/HOST:PORT or tls/HOST:PORT; keys: the folder of this machine's, for tls.
+
+    Raises RefusedError for an endpoint or keys that will not do, UnreachableError where no router lets it in in time.
+    """
+    check_client_endpoint("endpoint", endpoint, keys is not None)
+    settings = {
+        "mode": "client",
+        "connect/endpoints": [endpoint],
+        "connect/timeout_ms": max(1, round(timeout_s * 1e3)),
+        **common_settings(lease_s),
+        **client_tls(None if keys is None else find_keys(keys)),
+    }
+    try:
+        return open_session(settings)
+    except zenoh.ZError as error:
+        hint = "" if keys is None else f", and are the keys in {keys} of its CA and the host's name in its certificate"
+        raise UnreachableError(
+            f"{endpoint}: no router let us in within {timeout_s:g} s: is it running{hint}?"
+        ) from error
+
+
+def open_member(config: BusConfig) -> zenoh.Session:
+    """A session of one of the robot's own processes. It opens without a router, too.
+
+    Raises RefusedError for keys that will not do.
+    """
+    keys = None if config.keys is None else find_keys(Path(config.keys))
+    settings = {
+        "mode": "peer",
+        "connect/endpoints": [config.router],
+        "connect/timeout_ms": -1,
+        "connect/exit_on_failure": False,
+        **common_settings(config.lease_s),
+        **client_tls(keys),
+    }
+    return open_session(settings)
+
+
+def common_settings(lease_s: float) -> dict[str, Any]:
+    """Closed, and without shared memory, which a killed process would leave behind."""
+    return {
+        "listen/endpoints": [],
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "scouting/delay": 0,
+        "connect/retry": RETRY,
+        "transport/link/tx/lease": round(lease_s * 1e3),
+        "transport/shared_memory/enabled": False,
+        "adminspace/enabled": False,
+    }
+
+
+def client_tls(keys: Optional[KeyFiles]) -> dict[str, Any]:
+    """Both ends show certificates, and the router's must name the host that we wanted."""
+    if keys is None:
+        return {}
+    return {
+        "transport/link/tls": {
+            "root_ca_certificate": str(keys.ca),
+            "connect_certificate": str(keys.certificate),
+            "connect_private_key": str(keys.key),
+            "enable_mtls": True,
+            "verify_name_on_connect": True,
+        }
+    }
+
+
+def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
+    """A session with these settings and Zenoh's defaults for the rest. Raises zenoh.ZError."""
+    config = zenoh.Config()
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return zenoh.open(config)
