@@ -11,6 +11,7 @@ import msgspec
 
 from edgefusion.config.camera import CameraConfig
 from edgefusion.config.laser import LaserConfig
+from edgefusion.config.load import load
 from edgefusion.config.mission import MissionConfig
 from edgefusion.config.navigation import BaseConfig, KhatibConfig, NavigationConfig
 from edgefusion.config.perception import USUAL_HEIGHTS, HeightRule, Heights, PerceptionConfig, SyncConfig
@@ -48,6 +49,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     """The whole configuration file."""
 
     version: Literal[1] = 1
+    """Of this format."""
     perception: PerceptionConfig = PerceptionConfig()
     sync: SyncConfig = SyncConfig()
     base: BaseConfig = BaseConfig()
@@ -75,5 +77,5 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
 
 def load_config(path: Path | None) -> Config:
-    """The configuration of a TOML file, or the defaults. Raises RefusedError."""
-    return Config() if path is None else convert(read_toml(path), Config, path)
+    """The configuration of a TOML file, or the defaults. Raises RefusedError with file, line, key and reason."""
+    return Config() if path is None else load(path, Config).config

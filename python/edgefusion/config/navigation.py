@@ -81,7 +81,7 @@ class NavigationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     comfort_m: UpTo10 = 0.5
     """Ways that come nearer to obstacles than this, beyond the hull's inscribed circle, are longer than they are."""
     comfort_weight: UpTo100 = 6.0
-    """Right beside an obstacle a metre counts as 1 + so many. [metres]"""
+    """Right beside an obstacle a metre counts as 1 + so many. [weight]"""
     max_scan_age_s: Seconds = 0.75
     """Scans older than this are not driven by."""
     patience_s: Seconds = 30.0

@@ -46,7 +46,7 @@ class PerceptionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
     heights: Optional[Heights] = None
     """Of the candidate boxes. Left out: those that the model was trained to tell apart, else 0.4, 1.0 and 2.5 widths.
-    [heights_in]"""
+    [widths or m]"""
     heights_in: Literal["widths", "metres"] = "widths"
     """heights are pixel height / pixel width, or metres above the bottom edge; metres only beside heights."""
     width_step: Annotated[float, msgspec.Meta(ge=0, le=10)] = 0.0

@@ -42,14 +42,27 @@ def check_fields(settings: msgspec.Struct) -> None:
             raise RefusedError(f"{field.name}: {error}") from error
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """The content of a TOML file. Raises RefusedError naming the file, and the line where it is no TOML."""
+def read_text(path: Path) -> str:
+    """The text of a TOML file. Raises RefusedError naming the file."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return path.read_text(encoding="utf-8")
     except OSError as error:
         raise RefusedError(f"{path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:  # also of bytes that are no UTF-8, and of very long numbers
+    except ValueError as error:
         raise RefusedError(f"{path}: not TOML: {error}") from error
+
+
+def parse_toml(text: str, path: Path) -> dict[str, Any]:
+    """Its content. Raises RefusedError naming the file, and the line where it is no TOML."""
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # also of very long numbers
+        raise RefusedError(f"{path}: not TOML: {error}") from error
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The content of a TOML file. Raises RefusedError as both."""
+    return parse_toml(read_text(path), path)
 
 
 def convert(content: Any, kind: Type[T], path: Path) -> T:
