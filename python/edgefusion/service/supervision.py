@@ -108,6 +108,8 @@ class Supervision:
     def robot_stopped(self, name: str, stopped: bool) -> None:
         """What the child left behind was told to stop, or nobody knows."""
         child = self._children[name]
+        if child.state is not State.STOPPING:
+            return
         child.robot_stopped()
         if self._ending_ns is not None:
             child.end()
