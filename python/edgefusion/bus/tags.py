@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import sys
 import uuid
-from typing import Type, TypeVar
+from typing import Optional, Type, TypeVar
 
 import msgspec
 
@@ -71,3 +71,11 @@ def read_tag(kind: Type[T], attachment: bytes) -> T:
         return msgspec.json.decode(attachment, type=kind)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:  # a ValidationError is a DecodeError
         raise RefusedError(f"tag: {error}") from error
+
+
+def session_of(attachment: Optional[bytes]) -> str:
+    """Of a command's sender; empty where there is none that could be read."""
+    try:
+        return "" if attachment is None else read_tag(CommandTag, attachment).session
+    except RefusedError:
+        return ""

@@ -9,6 +9,7 @@ from typing import Literal
 
 import msgspec
 
+from edgefusion.config.bus import BusConfig
 from edgefusion.config.camera import CameraConfig
 from edgefusion.config.laser import LaserConfig
 from edgefusion.config.load import load
@@ -25,6 +26,7 @@ from edgefusion.errors import RefusedError
 __all__ = [
     "USUAL_HEIGHTS",
     "BaseConfig",
+    "BusConfig",
     "CameraConfig",
     "Config",
     "HeightRule",
@@ -60,6 +62,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     laser: LaserConfig = LaserConfig()
     camera: CameraConfig = CameraConfig()
     vision: VisionConfig = VisionConfig()
+    bus: BusConfig = BusConfig()
 
     def __post_init__(self) -> None:
         if self.robot.port == self.laser.port:
