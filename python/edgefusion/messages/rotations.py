@@ -38,11 +38,11 @@ def quaternion_of(R: Matrix) -> Quaternion:
 
 def rotation_of(quaternion: Quaternion, name: str) -> Matrix:
     """The rotation [3, 3]. Raises WireError, naming what it is of, for one that is not of length 1."""
-    q = np.array([quaternion.x, quaternion.y, quaternion.z, quaternion.w])
-    length = float(np.sqrt(q @ q)) if np.isfinite(q).all() else math.nan
+    q = (quaternion.x, quaternion.y, quaternion.z, quaternion.w)
+    length = math.hypot(*q)
     if not abs(length - 1) <= LENGTH_TOLERANCE:
-        raise WireError(f"{name}: expected a quaternion of length 1, got {tuple(q.tolist())}")
-    x, y, z, w = q / length
+        raise WireError(f"{name}: expected a quaternion of length 1, got {q}")
+    x, y, z, w = (value / length for value in q)
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
