@@ -11,6 +11,7 @@ import select
 import signal
 import subprocess
 import sys
+import termios
 import time
 from pathlib import Path
 from typing import Callable
@@ -213,6 +214,25 @@ def test_in_a_terminal_it_drives_and_however_it_ends_the_robot_is_told_to_stop(
             Command.RVEL,
             Command.CLOSE,
         ]
+
+
+def test_no_key_halts_who_drives_and_the_terminal_is_as_it_was_afterwards(tmp_path: Path) -> None:
+    with ServedPioneer(tmp_path / "port") as served:
+        terminal = Terminal(served.port)
+        before = termios.tcgetattr(terminal.end)
+        terminal.until(lambda: b"motors on" in terminal.shown)
+        flags, *_, keys = termios.tcgetattr(terminal.end)
+        assert not flags & termios.IXON
+        assert keys[termios.VSUSP] == keys[termios.VQUIT] == b"\0"
+        assert keys[termios.VINTR] == before[6][termios.VINTR]
+        terminal.until(lambda: (Command.VEL, 200) in served.told(), b"w")
+        os.write(terminal.end, b"\x13\x1a\x1c")
+        told = len(served.told())
+        terminal.until(lambda: (Command.STOP, None) in served.told()[told:])
+        os.write(terminal.end, b"q")
+        terminal.process.wait()
+        assert termios.tcgetattr(terminal.end) == before
+        assert terminal.code() == 0
 
 
 def test_what_was_typed_while_the_robot_was_lost_does_not_move_it(tmp_path: Path) -> None:

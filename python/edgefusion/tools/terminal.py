@@ -16,6 +16,9 @@ _UP, _CLEAR_LINE, _CLEAR_BELOW = "\x1b[{}A", "\x1b[2K", "\x1b[J"
 _HIDE, _SHOW = "\x1b[?25l", "\x1b[?25h"
 _KEYS = 4096
 """A terminal keeps no more."""
+_INPUT, _KEYS_AT = 0, 6
+"""In what termios tells of a terminal."""
+_NO_KEY = b"\0"
 
 
 class Screen:
@@ -36,9 +39,14 @@ class Screen:
 
 @contextmanager
 def keys_at_once(terminal: int) -> Iterator[None]:
-    """Within this, keys are read as they are pressed and not shown; Ctrl-C still interrupts."""
+    """Within this, keys are read as they are pressed and not shown; Ctrl-C still interrupts.
+
+    Those that would halt the program, end it unasked or hold up what it shows are keys like any other: whoever drives
+    a robot must not be halted.
+    """
     before = termios.tcgetattr(terminal)
     tty.setcbreak(terminal)
+    _let_nothing_halt(terminal)
     sys.stdout.write(_HIDE)
     try:
         yield
@@ -46,6 +54,14 @@ def keys_at_once(terminal: int) -> Iterator[None]:
         termios.tcsetattr(terminal, termios.TCSADRAIN, before)
         sys.stdout.write(_SHOW)
         sys.stdout.flush()
+
+
+def _let_nothing_halt(terminal: int) -> None:
+    settings = termios.tcgetattr(terminal)
+    settings[_INPUT] &= ~termios.IXON
+    for key in (termios.VSUSP, termios.VQUIT):
+        settings[_KEYS_AT][key] = _NO_KEY
+    termios.tcsetattr(terminal, termios.TCSANOW, settings)
 
 
 def pressed(terminal: int) -> bytes:
