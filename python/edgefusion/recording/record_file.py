@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""A file that grows by whole pieces and leaves the disk some room."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+from typing import Callable, Union
+
+ENDING_BYTES = 1 << 20
+"""Kept free beside the reserve for a recording's summary, with ENDING_SHARE of what was written."""
+
+ENDING_SHARE = 1 / 32
+
+Write = Callable[[int, Union[bytes, memoryview]], int]
+
+
+def free_bytes(descriptor: int) -> int:
+    """What may still be written on the disk that an open file is on."""
+    disk = os.fstatvfs(descriptor)
+    return disk.f_bavail * disk.f_frsize
+
+
+class RecordFile:
+    """A file at whose end whole pieces are written: of one that the disk does not take, nothing stays.
+
+    reserve_bytes: what must be free on the disk after a write, or the write raises OSError (ENOSPC), as does what the
+    system refuses. write, free_bytes: of the system.
+    """
+
+    def __init__(
+        self,
+        descriptor: int,
+        reserve_bytes: int = 0,
+        write: Write = os.write,
+        free_bytes: Callable[[int], int] = free_bytes,
+    ) -> None:
+        self._descriptor, self._write, self._free_bytes = descriptor, write, free_bytes
+        self._reserve_bytes = reserve_bytes
+        self._end = os.lseek(descriptor, 0, os.SEEK_END)
+
+    @classmethod
+    def create(cls, path: Path, reserve_bytes: int = 0, overwrite: bool = False) -> RecordFile:
+        """A new file. Raises OSError, FileExistsError where it is there already and not to be replaced."""
+        how = os.O_TRUNC if overwrite else os.O_EXCL
+        file = cls(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | how, 0o644), reserve_bytes)
+        _sync_folder(path.parent)
+        return file
+
+    def write(self, data: bytes) -> int:
+        """Appends all of the data, or raises OSError and the file is as before."""
+        self._check_reserve(len(data))
+        try:
+            self._write_all(memoryview(data))
+        except BaseException:
+            self.cut(self._end)
+            raise
+        self._end += len(data)
+        return len(data)
+
+    def cut(self, end: int) -> None:
+        """Drops everything from a byte on."""
+        os.ftruncate(self._descriptor, end)
+        self._end = os.lseek(self._descriptor, end, os.SEEK_SET)
+
+    def tell(self) -> int:
+        """Bytes written so far."""
+        return self._end
+
+    def sync(self) -> None:
+        """Returns once everything is on the disk itself."""
+        os.fsync(self._descriptor)
+
+    def give_up_reserve(self) -> None:
+        """From now on writes until the disk is full: for the ending, for which room was kept."""
+        self._reserve_bytes = 0
+
+    def close(self) -> None:
+        """Closes the file."""
+        os.close(self._descriptor)
+
+    def _check_reserve(self, length: int) -> None:
+        if not self._reserve_bytes:
+            return
+        wanted = self._reserve_bytes + ENDING_BYTES + round(self._end * ENDING_SHARE)
+        free = self._free_bytes(self._descriptor)
+        if free - length < wanted:
+            kept_mb = self._reserve_bytes / 1e6
+            raise OSError(errno.ENOSPC, f"{free / 1e6:.0f} MB are free on the disk, {kept_mb:.0f} MB are to stay free")
+
+    def _write_all(self, data: memoryview) -> None:
+        while data:
+            data = data[self._write(self._descriptor, data) :]
+
+
+def _sync_folder(folder: Path) -> None:
+    """The name of a new file is on the disk, too."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
