@@ -88,6 +88,12 @@ def test_it_says_what_is_connected_and_what_it_sees(tmp_path: Path) -> None:
     assert picture is not None and (picture != 255).any()
 
 
+def test_once_without_a_scan_is_exit_code_1(capsys) -> None:
+    with scanner() as (port, _):
+        assert main(["laser", port, "--once", "--seconds", "0.001"]) == 1
+    assert capsys.readouterr().out.splitlines()[-1] == "health:  ok"
+
+
 def test_as_json_each_scan_is_a_line() -> None:
     with scanner() as (port, _):
         lines = said(port, "--json", "--baudrate", 500000, "--beams", 181, "--seconds", 0.5).splitlines()
@@ -162,7 +168,7 @@ def test_where_no_scanner_is_it_says_so_with_exit_code_1(capsys) -> None:
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        (["--seconds", "0"], "--seconds 0: expected more than 0"),
+        (["--seconds", "0"], "--seconds: expected more than 0, got 0"),
         (["--png", "x.jpg"], "expected a name that ends in .png"),
     ],
 )

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from edgefusion.errors import RefusedError
+from edgefusion.tools.device_options import add_device_options, check_above_0
 
 if TYPE_CHECKING:
     from edgefusion.config import LaserConfig
@@ -20,7 +21,8 @@ EXAMPLES = """examples:
   edgefusion laser /dev/ttyUSB1 --json --seconds 10 > scans.jsonl
 
 In a terminal the scan is drawn anew twice a second, the scanner at the bottom, looking up; Ctrl-C ends it.
-Exit codes: 0 done, 1 no scanner, 2 refused, as a port that another process holds, 130 interrupted."""
+Exit codes: 0 done, 1 no scanner, or not the one scan, 2 refused, as a port that another process holds,
+130 interrupted."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -32,15 +34,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    add_device_options(parser, "[laser]", "end after one scan", "scan")
     add = parser.add_argument
-    add("port", metavar="PORT", help="a serial port, or socket://HOST:PORT")
-    add("--config", type=Path, metavar="TOML", help="its section [laser] is taken")
     add("--baudrate", type=int, choices=(38400, 500000), help="instead of the configuration's")
     add("--beams", type=int, choices=(101, 181, 201, 361, 401), help="instead of the configuration's")
-    add("--once", action="store_true", help="end after one scan")
-    add("--seconds", type=float, metavar="S", help="end after so long")
     add("--png", type=Path, metavar="FILE", help="draw the last scan into a file, and nothing in the terminal")
-    add("--json", action="store_true", help="a line of JSON for each scan")
     parser.set_defaults(run=run)
 
 
@@ -54,8 +52,7 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.service.signals import ended_by_signals
     from edgefusion.tools.laser_watch import LaserWatch, watch
 
-    if args.seconds is not None and not args.seconds > 0:
-        raise RefusedError(f"--seconds {args.seconds:g}: expected more than 0")
+    check_above_0(args, "seconds")
     if args.png is not None and args.png.suffix != ".png":
         raise RefusedError(f"--png {args.png}: expected a name that ends in .png")
     config = _config(args)
@@ -72,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     finally:
         laser.close()
     shown.end()
-    return 0
+    return 1 if args.once and not shown.has_scan else 0
 
 
 def _config(args: argparse.Namespace) -> LaserConfig:

@@ -85,6 +85,11 @@ class LaserWatch:
             print(self._summary())
 
     @property
+    def has_scan(self) -> bool:
+        """Whether there was one."""
+        return self._last is not None
+
+    @property
     def rate_hz(self) -> float:
         """Scans a second, so far; 0 before the second."""
         span_ns = 0 if self._last is None else self._last.stamp_ns - self._first_ns
@@ -101,9 +106,7 @@ class LaserWatch:
         return f"scans:   {self._count}, {rate}{len(seen)} beams: {free} free, {unknown} unknown, {nearest}"
 
 
-def watch(
-    laser: Lms2xx, shown: LaserWatch, scans: int | None, seconds: float | None, clock: Callable[[], float]
-) -> None:
+def watch(laser: Lms2xx, shown: LaserWatch, scans: int | None, seconds: float, clock: Callable[[], float]) -> None:
     """Until so many scans have come, or so long has passed. Raises LinkError."""
     begin_s = clock()
     while True:
@@ -114,7 +117,7 @@ def watch(
                 if scans == 0:
                     return
         shown.tell(laser, clock())
-        if seconds is not None and clock() - begin_s >= seconds:
+        if clock() - begin_s >= seconds:
             return
 
 

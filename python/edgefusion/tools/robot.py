@@ -6,10 +6,9 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from edgefusion.errors import RefusedError
+from edgefusion.tools.device_options import add_device_options, check_above_0
 
 if TYPE_CHECKING:
     from edgefusion.config import Config
@@ -37,15 +36,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    add_device_options(parser, "[robot] and [base]", "tell it once, and end", "second")
     add = parser.add_argument
-    add("port", metavar="PORT", help="a serial port, or socket://HOST:PORT")
-    add("--config", type=Path, metavar="FILE", help="TOML; of its sections [robot] and [base]")
     add("--speed", type=float, default=0.2, metavar="M/S", help="of the keys (default: 0.2)")
     add("--turn-rate", type=float, default=30.0, metavar="DEG/S", help="of the keys (default: 30)")
     add("--watch", action="store_true", help="only look; the motors are not switched on")
-    add("--once", action="store_true", help="tell it once, and end")
-    add("--seconds", type=float, default=math.inf, metavar="S", help="end after so many")
-    add("--json", action="store_true", help="one line of JSON a second")
     parser.set_defaults(run=run)
 
 
@@ -61,9 +56,7 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.tools.robot_loop import show_in_place, tell
     from edgefusion.tools.robot_watch import RobotWatch
 
-    for name in ("speed", "turn_rate", "seconds"):
-        if not getattr(args, name) > 0:  # also of nan
-            raise RefusedError(f"--{name.replace('_', '-')}: expected more than 0, got {getattr(args, name):g}")
+    check_above_0(args, "speed", "turn_rate", "seconds")
     looks = args.watch or args.once or args.json or not (sys.stdin.isatty() and sys.stdout.isatty())
     keys = None if looks else Keys(args.speed, math.radians(args.turn_rate))
     with ended_by_signals(), _driver(args.port, load_config(args.config), keys is not None) as driver:
