@@ -96,6 +96,11 @@ def test_a_refusal_says_of_what_type_what_was_expected_and_where() -> None:
     assert issubclass(WireError, RefusedError)
 
 
+def test_what_somebody_sent_makes_no_second_line_and_no_long_one() -> None:
+    assert str(WireError("a\nb\x1b\u2028ä")) == "a\\nb\\x1b\\u2028ä"
+    assert len(str(WireError("x" * 100_000))) == 400
+
+
 def test_what_follows_a_message_is_refused() -> None:
     written = encode(GOAL)
     for garbage in (b"\x01", b"\x00\x00\x00\x01", bytes(4), bytes(1000)):

@@ -79,6 +79,11 @@ def test_between_two_middle_beams_is_the_middle() -> None:
     assert scan.beam_dt_ns.tolist() == [-750_000_000, -250_000_000, 250_000_000, 750_000_000]
 
 
+def test_a_scan_without_beams_is_of_one_instant() -> None:
+    scan = to_scan(replace(OTHERS, ranges=[], time_increment=0.5), STAMPER)
+    assert (scan.stamp_ns, len(scan.ranges_m), scan.beam_dt_ns) == (STAMP_NS, 0, None)
+
+
 def test_a_scan_to_the_right_is_one_too() -> None:
     assert to_scan(replace(OTHERS, angle_increment=-0.25), STAMPER).angles.tolist() == [0.0, -0.25, -0.5]
 

@@ -18,6 +18,9 @@ M = TypeVar("M", bound=Message)
 MOST_BYTES = 1 << 26
 """Of one message: nothing that a robot says is longer."""
 
+MOST_CHARACTERS = 400
+"""Of what an error says."""
+
 _HEADER_BYTES = 4
 _BIG, _LITTLE = b"\x00\x00", b"\x00\x01"
 _WORD_BYTES = 4
@@ -25,7 +28,13 @@ _WORD_BYTES = 4
 
 
 class WireError(RefusedError):
-    """Bytes that are not the message that they should be, or a message that bytes cannot hold."""
+    """Bytes that are not the message that they should be, or a message that bytes cannot hold.
+
+    Its line quotes what somebody else has sent: it stays one, printable and short.
+    """
+
+    def __init__(self, line: str) -> None:
+        super().__init__("".join(map(_printable, line[:MOST_CHARACTERS])))
 
 
 def encode(message: Message) -> bytes:
@@ -97,6 +106,10 @@ class _Reader(Buffer):
     def _check(self, size: int) -> None:
         if not 0 <= size <= self._size - self._pos:
             raise WireError(f"expected {size} bytes at {self._pos}, got {max(self._size - self._pos, 0)}")
+
+
+def _printable(character: str) -> str:
+    return character if character.isprintable() else character.encode("unicode_escape").decode()
 
 
 def _what_does_not_fit(error: BaseException) -> str:

@@ -42,6 +42,19 @@ class CompressedImage(Message, typename="sensor_msgs/msg/CompressedImage"):
 
 
 @dataclass(frozen=True)
+class Image(Message, typename="sensor_msgs/msg/Image"):
+    """encoding: as "bgr8". step: bytes from one row of data to the next."""
+
+    header: Header = field(default_factory=Header)
+    height: uint32 = 0
+    width: uint32 = 0
+    encoding: str = ""
+    is_bigendian: uint8 = 0
+    step: uint32 = 0
+    data: bytes = b""
+
+
+@dataclass(frozen=True)
 class RegionOfInterest(Message, typename="sensor_msgs/msg/RegionOfInterest"):
     """Of an image [px]; all zero: the whole of it."""
 

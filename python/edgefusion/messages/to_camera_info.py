@@ -20,7 +20,7 @@ def to_camera_info(message: CameraInfo) -> Intrinsics:
     if message.distortion_model not in _MODELS:
         raise WireError(
             f"camera_info: distortion_model: expected plumb_bob or rational_polynomial, "
-            f"got {message.distortion_model[:64]!r}"
+            f"got {message.distortion_model!r}"
         )
     if len(message.d) not in _MODELS[message.distortion_model]:
         raise WireError(f"camera_info: d: {len(message.d)} coefficients are not {message.distortion_model!r}")

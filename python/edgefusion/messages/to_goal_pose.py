@@ -36,7 +36,7 @@ def to_goal_pose(message: PoseStamped) -> GoalPose:
     """
     frame_id = message.header.frame_id
     if frame_id not in (ODOM, BASE_LINK):
-        raise WireError(f"{_NAME}: expected the frame {ODOM} or {BASE_LINK}, got {frame_id[:64]!r}")
+        raise WireError(f"{_NAME}: expected the frame {ODOM} or {BASE_LINK}, got {frame_id!r}")
     pose = planar(message.pose, _NAME)
     if math.hypot(pose.x_m, pose.y_m) > FARTHEST_M:
         raise WireError(f"{_NAME}: expected at most {FARTHEST_M:g} m away, got ({pose.x_m:g}, {pose.y_m:g})")

@@ -29,4 +29,4 @@ def _report(status: DiagnosticStatus) -> Report:
     try:
         return Report(Health(status.name, HealthState(figures.pop(STATE, "")), status.message), figures)
     except ValueError as error:
-        raise WireError(f"diagnostics: {status.name[:64]}: {error}") from None
+        raise WireError(f"diagnostics: {status.name}: {error}") from None

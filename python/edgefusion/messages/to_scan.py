@@ -68,7 +68,7 @@ def _beam_times(message: LaserScan) -> tuple[int, npt.NDArray[np.int64] | None]:
     beams, step_s = len(message.ranges), message.time_increment
     if not 0 <= step_s * beams <= SLOWEST_S:
         raise WireError(f"time_increment: expected a sweep of 0 to {SLOWEST_S:g} s, got {step_s * beams} s")
-    if not step_s:
+    if not step_s or not beams:
         return 0, None
     dt_ns = np.round((np.arange(beams) - (beams - 1) / 2) * (step_s * 1e9)).astype(np.int64)
     return -int(dt_ns[0]), dt_ns

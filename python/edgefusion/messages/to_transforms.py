@@ -31,11 +31,11 @@ def to_transforms(message: TFMessage, stamper: Stamper) -> list[StampedTransform
 def _transform(message: TransformStamped) -> FrameTransform:
     parent, child = message.header.frame_id, message.child_frame_id
     if not parent or not child:
-        raise WireError(f"tf: expected the names of two frames, got {parent[:64]!r} and {child[:64]!r}")
+        raise WireError(f"tf: expected the names of two frames, got {parent!r} and {child!r}")
     at = message.transform.translation
     T = np.eye(4)
     T[:3, 3] = at.x, at.y, at.z
     if not np.isfinite(T).all():
-        raise WireError(f"tf: {child[:64]}: expected a place in finite metres, got {(at.x, at.y, at.z)}")
-    T[:3, :3] = rotation_of(message.transform.rotation, f"tf: {child[:64]}")
+        raise WireError(f"tf: {child}: expected a place in finite metres, got {(at.x, at.y, at.z)}")
+    T[:3, :3] = rotation_of(message.transform.rotation, f"tf: {child}")
     return FrameTransform(parent, child, T)
