@@ -95,6 +95,9 @@ def test_a_fault_is_written_as_component_kind_value_and_time(text: str, fault: F
         ("laser=slow:0.5", "expected at least 1, got 0.5"),
         ("laser=slow:1.2.3", "expected numbers"),
         ("laser=off@-1", "expected COMPONENT=KIND"),
+        ("laser=stuck:5", "laser=stuck: expected no value, got 5"),
+        ("robot=wrong:0.5", "robot=wrong: expected no value, got 0.5"),
+        ("camera=off:3", "camera=off: expected no value, got 3"),
     ],
 )
 def test_a_fault_that_is_none_is_refused_with_what_is_known(text: str, why: str) -> None:

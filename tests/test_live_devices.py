@@ -5,11 +5,21 @@
 from __future__ import annotations
 
 import os
+import threading
+import time
+import urllib.request
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Iterator
 
+import pytest
+
+from edgefusion.errors import RefusedError
+from edgefusion.sim.faults import parse_fault
 from edgefusion.sim.live_devices import LiveDevices, LiveSetup
 from edgefusion.sim.world import Wall, World
 from edgefusion.types import Pose2D
+from sim_scenes import skip_without_renderer
 
 CORNERS = ((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0))
 WALLS = tuple(Wall(start, end, 2.5, 0.1, "plaster") for start, end in zip(CORNERS, CORNERS[1:] + CORNERS[:1]))
@@ -47,3 +57,64 @@ def test_a_laser_that_is_unplugged_is_gone_and_is_heard_again_at_the_same_link(t
     finally:
         devices.close()
     assert not port.is_symlink()
+
+
+@contextmanager
+def running(devices: LiveDevices) -> Iterator[None]:
+    """Their time goes on with the machine's, until all is closed."""
+    over = threading.Event()
+
+    def pump() -> None:
+        while not over.wait(0.002):
+            devices.pump(time.monotonic_ns())
+
+    thread = threading.Thread(target=pump)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+        devices.close()
+
+
+def pictures_of(url: str, wait_s: float) -> int:
+    """How many come, three at most, each within so long."""
+    count = 0
+    with urllib.request.urlopen(url, timeout=wait_s) as stream, suppress(OSError):
+        while count < 3:
+            count += stream.readline().startswith(b"X-Timestamp-Ns")
+    return count
+
+
+def test_a_camera_is_spoilt_and_mended_while_it_runs() -> None:
+    skip_without_renderer()
+    devices = LiveDevices(LiveSetup(ROOM, robot_port=0), time.monotonic_ns())
+    with running(devices):
+        assert devices.pictures is not None
+        url = devices.pictures.url + "stream"
+        assert pictures_of(url, 60.0) == 3
+        devices.inject(parse_fault("camera=off"), time.monotonic_ns())
+        assert pictures_of(url, 0.5) <= 2  # the newest of before is given to whoever comes
+        assert pictures_of(url, 0.5) == 1
+        devices.mend()
+        assert pictures_of(url, 60.0) == 3
+
+
+def test_a_fault_of_a_camera_that_is_not_served_is_refused() -> None:
+    devices = LiveDevices(LiveSetup(ROOM, robot_port=0, camera=False), 0)
+    try:
+        with pytest.raises(RefusedError, match="camera=off: expected a camera, none is served"):
+            devices.inject(parse_fault("camera=off"), 0)
+    finally:
+        devices.close()
+
+
+def test_faults_may_follow_each_other_without_end() -> None:
+    devices = LiveDevices(LiveSetup(ROOM, robot_port=0, camera=False), 0)
+    try:
+        for ms in range(200):
+            devices.inject(parse_fault("laser=garbage"), ms * MS)
+            devices.mend()
+    finally:
+        devices.close()

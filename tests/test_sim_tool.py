@@ -113,6 +113,7 @@ def test_a_fault_is_there_in_its_time(tmp_path: Path) -> None:
     [
         (["nowhere"], "nowhere"),
         (["--fault", "laser=broken"], "expected one of off, stuck"),
+        (["--no-camera", "--port", "0", "--fault", "camera=off"], "camera=off: expected a camera, none is served"),
         (["--for", "0"], "--for 0: expected seconds above 0"),
         (["--power-up", "-1"], "--power-up -1: expected seconds of at least 0"),
         (["--port", "70000"], "--port 70000: expected 0 to 65535"),

@@ -14,7 +14,7 @@ from edgefusion.errors import RefusedError
 COMPONENTS = ("robot", "laser", "camera")
 
 KINDS: Dict[str, tuple[float, str]] = {
-    "off": (0.0, "sends nothing any more; above 0: from so many bytes on into a frame"),
+    "off": (0.0, "sends nothing any more; of robot and laser above 0: from so many bytes on into a frame"),
     "stuck": (0.0, "sends the same again and again, as if it were new"),
     "garbage": (0.01, "share of the bytes that are noise"),
     "wrong": (0.0, "sends what is well formed and not true; a camera: its brightness, 0 to 1"),
@@ -52,6 +52,11 @@ class Fault:
         return self.from_s <= since_start_s < self.from_s + self.for_s
 
 
+def _takes_none(component: str, kind: str) -> bool:
+    """What is cut short is a packet, what is so bright a camera's picture."""
+    return kind == "stuck" or (kind == "off" and component == "camera") or (kind == "wrong" and component != "camera")
+
+
 def parse_fault(text: str) -> Fault:
     """Of `laser=stuck`, `laser=garbage:0.01`, `camera=off@5`, `robot=delayed:0.3@5+2`: from 5 s on, for 2 s.
 
@@ -65,6 +70,8 @@ def parse_fault(text: str) -> Fault:
         value, from_s, for_s = (None if number is None else float(number) for number in numbers)
     except ValueError:
         raise RefusedError(f"fault: expected numbers, got {text!r}") from None
+    if value is not None and _takes_none(component, kind):
+        raise RefusedError(f"fault: {component}={kind}: expected no value, got {value:g}")
     usual = KINDS[kind][0] if kind in KINDS else 0.0
     return Fault(
         component,

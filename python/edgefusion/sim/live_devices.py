@@ -55,7 +55,7 @@ class LiveDevices:
 
     def __init__(self, setup: LiveSetup, now_ns: int) -> None:
         self._setup = setup
-        self._rngs = np.random.SeedSequence(setup.seed).spawn(64)
+        self._seeds = np.random.SeedSequence(setup.seed)
         self._start_ns = now_ns
         self._closing: List[PtyWire | TcpWire | LiveCamera | MjpegServer] = []
         try:
@@ -77,7 +77,6 @@ class LiveDevices:
                 (self._faulty(self.laser, LMS, "laser", setup, now_ns), (self.laser_pty,)),
             ]
         )
-        self._spoilers = [FaultyPictures(f, self._rng(), now_ns) for f in setup.faults if f.component == "camera"]
         self.camera: LiveCamera | None = None
         self.pictures: MjpegServer | None = None
         self._next_frame_ns = now_ns
@@ -86,6 +85,12 @@ class LiveDevices:
             self._closing.append(self.pictures)
             self.camera = LiveCamera(setup.world, setup.seed)
             self._closing.append(self.camera)
+        self._spoilers = [self._spoiler(fault, now_ns) for fault in setup.faults if fault.component == "camera"]
+
+    def _spoiler(self, fault: Fault, now_ns: int) -> FaultyPictures:
+        if self.camera is None:
+            raise RefusedError(f"fault: camera={fault.kind}: expected a camera, none is served")
+        return FaultyPictures(fault, self._rng(), now_ns)
 
     def _pty(self, setup: LiveSetup, name: str) -> PtyWire:
         wire = PtyWire(None if setup.links is None else setup.links / name)
@@ -101,24 +106,26 @@ class LiveDevices:
         return device
 
     def _rng(self) -> np.random.Generator:
-        return np.random.default_rng(self._rngs.pop())
+        return np.random.default_rng(self._seeds.spawn(1)[0])
 
     def inject(self, fault: Fault, now_ns: int) -> None:
-        """A fault of robot or laser, its times from now on; in place of one that is there. Raises RefusedError for a
-        camera's."""
+        """Its times from now on; in place of those that its component has. Raises RefusedError for the camera's where
+        none is served."""
+        if fault.component == "camera":
+            self._spoilers = [self._spoiler(fault, now_ns)]
+            return
         devices: Dict[str, Tuple[int, WireDevice, Protocol]] = {
             "robot": (0, self.robot, SIP),
             "laser": (1, self.laser, LMS),
         }
-        if fault.component not in devices:
-            raise RefusedError(f"fault: expected one of the robot or the laser, got {fault.component}")
         number, device, protocol = devices[fault.component]
         self._server.replace(number, FaultyWire(device, protocol, fault, self._rng(), now_ns))
 
     def mend(self) -> None:
-        """Robot and laser are well again."""
+        """All are well again."""
         self._server.replace(0, self.robot)
         self._server.replace(1, self.laser)
+        self._spoilers = []
 
     def unplug_laser(self) -> None:
         """Its cable, from the host: its port vanishes, with whatever was under way."""
