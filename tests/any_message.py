@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ NUMBERS = {
 PLAIN = {bool: st.booleans(), str: st.text(max_size=8), bytes: st.binary(max_size=9)}
 
 
+@lru_cache(maxsize=None)
 def any_message(cls: type[Message]) -> st.SearchStrategy[Message]:
     """A message of that type, whatever is in it."""
     return st.builds(cls, **{field.name: _any_value(meaning(field.type)) for field in fields(cls)})

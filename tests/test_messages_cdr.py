@@ -68,14 +68,14 @@ def test_messages_compare_by_what_is_in_them() -> None:
 
 
 @every_type
-@settings(max_examples=30)
+@settings(max_examples=12)
 @given(header=st.sampled_from([LITTLE, BIG, b""]), body=st.binary(max_size=300))
 def test_any_bytes_are_a_message_or_refused(name: str, header: bytes, body: bytes) -> None:
     reads_or_refuses(MESSAGES[name], header + body)
 
 
 @every_type
-@settings(max_examples=30)
+@settings(max_examples=12)
 @given(data=st.data())
 def test_a_message_with_a_byte_changed_is_a_message_or_refused(name: str, data: st.DataObject) -> None:
     written = bytearray(encode(data.draw(any_message(MESSAGES[name]))))

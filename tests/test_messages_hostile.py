@@ -70,7 +70,7 @@ def understood_or_refused(convert: Callable[[Any], Any], message: Message) -> No
 
 
 @pytest.mark.parametrize(("cls", "convert"), CONVERSIONS, ids=[cls.__name__ for cls, _ in CONVERSIONS])
-@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_any_message_is_understood_or_refused(
     cls: type[Message], convert: Callable[[Any], Any], data: st.DataObject
