@@ -15,8 +15,15 @@ import zenoh
 from edgefusion.bus.access import access_control
 from edgefusion.bus.key_files import find_keys
 from edgefusion.bus.session import common_settings, open_session
+from edgefusion.bus.tags import MOST_BYTES
 from edgefusion.bus.topics import COMMANDS, QUERIES, STOP, key_of
 from edgefusion.config.bus import BusConfig
+
+SLACK = 4.0
+"""Here the limit on rates is so much coarser than the base's own: of what comes at once, as after a hiccup of a radio,
+Zenoh would let through the first alone."""
+
+QUERIES_HZ = 500.0
 
 
 def open_router(config: BusConfig) -> zenoh.Session:
@@ -53,22 +60,18 @@ def router_settings(config: BusConfig) -> dict[str, Any]:
 
 
 def _size_limit(config: BusConfig) -> dict[str, Any]:
+    names = [*(topic.name for topic in COMMANDS), *QUERIES]
     return {
         "id": "command-size",
         "messages": ["put", "query"],
         "flows": ["ingress"],
-        "key_exprs": [key_of(config.robot, topic.name) for topic in COMMANDS]
-        + [key_of(config.robot, name) for name in QUERIES],
-        "size_limit": config.max_command_bytes + 512,
+        "key_exprs": [key_of(config.robot, name) for name in names],
+        "size_limit": config.max_command_bytes + MOST_BYTES,
     }
 
 
 def _rate_limit(config: BusConfig) -> dict[str, Any]:
     """For each connection; a stop always gets through."""
-    return {
-        "id": "command-rate",
-        "messages": ["put", "query"],
-        "flows": ["ingress"],
-        "rules": [{"key_expr": key_of(config.robot, topic.name), "freq": config.max_command_hz} for topic in COMMANDS]
-        + [{"key_expr": key_of(config.robot, name), "freq": config.max_command_hz} for name in QUERIES if name != STOP],
-    }
+    commands = [{"key_expr": key_of(config.robot, t.name), "freq": SLACK * config.max_command_hz} for t in COMMANDS]
+    queries = [{"key_expr": key_of(config.robot, name), "freq": QUERIES_HZ} for name in QUERIES if name != STOP]
+    return {"id": "command-rate", "messages": ["put", "query"], "flows": ["ingress"], "rules": commands + queries}

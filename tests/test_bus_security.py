@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Who gets in and what they may do there: real TLS, with the keys that `edgefusion keys` makes.
+
+The figures of Z5 and Z9 in small; in full by `make faults`.
+"""
+
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Iterator
+
+import pytest
+import zenoh
+
+from bus_lab import QUIET_S, Lab, Sink, free_port, make_keys, until
+from bus_sockets import listening
+from edgefusion.bus.freshness import CommandLimits, Freshness
+from edgefusion.bus.liveliness import Alive, declare_alive
+from edgefusion.bus.publisher import Publisher
+from edgefusion.bus.queries import Service, ask
+from edgefusion.bus.requests import GoalRequest, GotoRequest, ResumeRequest, StopRequest
+from edgefusion.bus.router import open_router
+from edgefusion.bus.session import UnreachableError, open_client
+from edgefusion.bus.tags import Tagger
+from edgefusion.bus.topics import COMMANDS, GOTO, QUERIES, RESUME, SCAN, STOP, TOPICS
+from edgefusion.config.bus import BusConfig
+from edgefusion.errors import RefusedError
+
+LIMITS = CommandLimits(4096, 1000, burst=1000)
+
+
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_keys(tmp_path_factory.mktemp("keys"))
+
+
+@pytest.fixture
+def lab(keys: Path) -> Iterator[Lab]:
+    with ExitStack() as stack:
+        lab = Lab(stack, keys, max_command_hz=1000.0)
+        lab.router()
+        yield lab
+
+
+def put_everything(session: zenoh.Session, word: bytes) -> None:
+    for topic in TOPICS.values():
+        session.put(f"robot/{topic.name}", word)
+
+
+def test_viewers_and_operators_read_everything(lab: Lab) -> None:
+    robot = lab.member()
+    sinks = [Sink(lab.client(role), "robot/**") for role in ("viewer", "operator")]
+    publisher = Publisher(robot, "robot", SCAN, Tagger(), "boot")
+    until(lambda: publisher.wanted(time.monotonic_ns()))
+    until(lambda: (put_everything(robot, b"robot"), all(len(sink.samples) >= 2 * len(TOPICS) for sink in sinks))[1])
+    for sink in sinks:
+        assert {str(sample.key_expr) for sample in sink.samples} == {f"robot/{name}" for name in TOPICS}
+
+
+def test_a_viewer_puts_nothing_and_an_operator_only_commands(lab: Lab) -> None:
+    heard = Sink(lab.member(), "robot/**")
+    viewer, operator = lab.client("viewer"), lab.client("operator")
+    put_everything(viewer, b"viewer")
+    until(lambda: (put_everything(operator, b"operator"), heard.samples)[1])
+    time.sleep(QUIET_S)
+    assert set(heard.payloads()) == {b"operator"}
+    assert {str(sample.key_expr) for sample in heard.samples} == {f"robot/{topic.name}" for topic in COMMANDS}
+
+
+def test_nobody_but_the_robot_deletes(lab: Lab) -> None:
+    heard = Sink(lab.member(), "robot/**")
+    operator = lab.client("operator")
+    for topic in TOPICS.values():
+        operator.delete(f"robot/{topic.name}")
+    time.sleep(QUIET_S)
+    assert not heard.samples
+
+
+def test_z5_of_a_viewers_commands_none_arrives_of_an_operators_all(lab: Lab) -> None:
+    heard = Sink(lab.member(), "robot/cmd_vel")
+    viewer, operator = lab.client("viewer"), lab.client("operator")
+    until(lambda: (operator.put("robot/cmd_vel", b"first"), heard.samples)[1])
+    for number in range(100):
+        time.sleep(0.001)  # below the router's limit
+        viewer.put("robot/cmd_vel", b"viewer")
+        operator.put("robot/cmd_vel", b"%d" % number)
+        until(lambda: heard.payloads()[-1] == b"%d" % number)  # noqa: B023  # it is called at once
+    assert [each for each in heard.payloads() if each != b"first"] == [b"%d" % number for number in range(100)]
+
+
+def test_an_operator_is_answered_and_a_viewer_is_not_even_heard(lab: Lab) -> None:
+    robot, asked = lab.member(), []
+    requests = {GOTO: GotoRequest((GoalRequest(1, 2),)), STOP: StopRequest(), RESUME: ResumeRequest()}
+    services = [
+        Service(robot, f"robot/{name}", type(request), asked.append, Freshness(LIMITS))
+        for name, request in requests.items()
+    ]
+    operator, viewer = lab.client("operator"), lab.client("viewer")
+    for name, request in requests.items():
+        with pytest.raises(UnreachableError, match="may these keys command"):
+            ask(viewer, f"robot/{name}", request, Tagger())
+        assert not asked
+        ask(operator, f"robot/{name}", request, Tagger())
+        assert asked.pop() == request
+    assert len(services) < len(QUERIES) + 1
+
+
+def test_nobody_else_answers_in_the_robots_place(lab: Lab) -> None:
+    operator, viewer, caught = lab.client("operator"), lab.client("viewer"), []
+    for impostor in (lab.client("operator"), viewer):
+        impostor.declare_queryable("robot/stop", caught.append)
+    time.sleep(QUIET_S)
+    with pytest.raises(UnreachableError):
+        ask(operator, "robot/stop", StopRequest(), Tagger(), timeout_s=0.5)
+    assert not caught
+
+
+def test_viewers_see_who_is_alive_and_cannot_pretend_to_be(lab: Lab) -> None:
+    viewer = lab.client("viewer")
+    alive = Alive(viewer, "robot")
+    token = declare_alive(lab.member(), "robot", "base")
+    other = lab.client("viewer")
+    pretended = declare_alive(other, "robot", "vision")
+    until(lambda: alive.components)
+    time.sleep(QUIET_S)
+    assert alive.components == {"base"}
+    token.undeclare()
+    until(lambda: not alive.components)
+    pretended.undeclare()
+
+
+def test_of_another_robots_keys_and_zenohs_own_nobody_gets_anything(lab: Lab) -> None:
+    robot, viewer = lab.member(), lab.client("viewer")
+    sink = Sink(viewer, "other/**")
+    for _ in range(10):
+        robot.put("other/scan", b"x")
+    answers = [str(reply.ok.key_expr) for reply in viewer.get("@/**", timeout=0.5) if reply.ok is not None]
+    own = str(viewer.info.zid())  # a session answers itself
+    assert [key for key in answers if key.split("/")[1] != own] == []
+    time.sleep(QUIET_S)
+    assert not sink.samples
+
+
+def test_keys_of_another_ca_no_keys_and_no_tls_get_nobody_in(lab: Lab, tmp_path: Path) -> None:
+    foreign = make_keys(tmp_path / "foreign")
+    mixed = tmp_path / "mixed"
+    mixed.mkdir()
+    for name, origin in (("ca.pem", lab.keys), ("cert.pem", foreign), ("key.pem", foreign)):
+        (mixed / name).write_bytes((origin / "operator" / name).read_bytes())
+    (mixed / "key.pem").chmod(0o600)
+    for folder in (foreign / "operator", mixed):
+        with pytest.raises(UnreachableError, match="of its CA"):
+            open_client(lab.tls, folder, timeout_s=0.3)
+    with pytest.raises(UnreachableError):
+        open_client(lab.tls.replace("tls/localhost", "tcp/127.0.0.1"), timeout_s=0.3)
+
+
+def test_a_router_without_the_robots_certificate_is_not_believed(lab: Lab, keys: Path) -> None:
+    """Neither one that has a viewer's, nor the robot's own under a name that is not the robot's."""
+    impostor = BusConfig(listen=(f"tls/localhost:{free_port()}",), keys=str(keys / "viewer"))
+    with open_router(impostor), pytest.raises(UnreachableError):
+        open_client(impostor.listen[0], keys / "operator", timeout_s=0.3)
+    with pytest.raises(UnreachableError, match="the host's name"):
+        open_client(lab.tls.replace("localhost", "127.0.0.2"), keys / "operator", timeout_s=0.3)
+
+
+def test_a_client_speaks_in_clear_text_to_its_own_computer_alone(keys: Path) -> None:
+    with pytest.raises(RefusedError, match="tcp on loopback only, or tls"):
+        open_client("tcp/192.168.0.5:7447")
+    with pytest.raises(RefusedError, match="expected keys"):
+        open_client("tls/192.168.0.5:7447")
+
+
+def test_z9_by_default_the_router_listens_on_loopback_and_nowhere_else() -> None:
+    with ExitStack() as stack:
+        before = listening()
+        lab = Lab(stack)
+        lab.router(), lab.member(), lab.client()
+        port = int(lab.tcp.rsplit(":", 1)[1])
+        assert listening() - before == {("tcp", "127.0.0.1", port)}
+
+
+def test_what_is_larger_than_any_command_ends_at_the_router(lab: Lab) -> None:
+    heard, operator = Sink(lab.member(), "robot/**"), lab.client("operator")
+    until(lambda: (operator.put("robot/cmd_vel", b"x"), heard.samples)[1])
+    heard.samples.clear()
+    operator.put("robot/goal_pose", b"x" * 100_000)
+    until(lambda: (operator.put("robot/goal_pose", b"small"), b"small" in heard.payloads())[1])
+    assert all(len(payload) < 10 for payload in heard.payloads())
+
+
+def test_a_flood_ends_at_the_router_and_a_stop_gets_through(keys: Path) -> None:
+    with ExitStack() as stack:
+        lab = Lab(stack, keys, max_command_hz=10.0)
+        lab.router()
+        robot, operator, asked = lab.member(), lab.client("operator"), []
+        heard = Sink(robot, "robot/cmd_vel")
+        service = Service(robot, "robot/stop", StopRequest, asked.append, Freshness(LIMITS))
+        flood, start_s = 0, time.monotonic()
+        while time.monotonic() - start_s < 0.5:
+            operator.put("robot/cmd_vel", b"x")
+            flood += 1
+        ask(operator, "robot/stop", StopRequest(), Tagger())
+        took_s = time.monotonic() - start_s
+        assert asked and service.freshness.accepted == 1
+        time.sleep(QUIET_S)
+        assert 0 < len(heard.samples) <= 2 + 4 * 10 * (took_s + QUIET_S)
+        assert flood > 4 * len(heard.samples)
