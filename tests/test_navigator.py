@@ -13,7 +13,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.maze_shapes import box
+from benchmarks.maze_shapes import box, wall
 
 from edgefusion.config import NavigationConfig
 from edgefusion.errors import RefusedError
@@ -26,6 +26,9 @@ CELL = np.vstack([box((2.5, 0.0), 1.2, 1.2), box((2.5, 0.0), 1.6, 1.6)])
 PILLAR = box((2.0, 0.0), 0.4, 0.4)
 BESIDE = box((1.2, 0.35), 0.4, 0.4)
 """Beside the way to (2, 0), so that it has to be gone around."""
+
+ACROSS = wall((1.0, -1.0), (1.0, 1.0))
+"""A wall across the way to (2, 0)."""
 
 
 def free_scan(stamp_ns):
@@ -67,6 +70,32 @@ def test_the_way_that_is_left_shrinks_to_nothing():
     assert known[0] == pytest.approx(2.0, abs=0.1)
     assert known[-1] < 0.05
     assert max(np.diff(known)) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("plan", "navigation", "goal", "way_m"),
+    [
+        (box((2.0, 0.0), 6.0, 1.0), NAVIGATION, goal_at(4.0, 0.0), 4.0),  # between walls that make it count as longer
+        (OPEN, NAVIGATION, goal_at(300.0, 400.0), 500.0),  # most of it beyond the map
+        (ACROSS, KHATIB, goal_at(2.0, 0.0), 2.0),
+    ],
+    ids=["between walls", "far away", "khatib"],
+)
+def test_the_way_that_is_left_is_told_in_metres(plan, navigation, goal, way_m):
+    drive = Drive(plan, navigation=navigation)
+    drive.step(goal)
+    while not math.isfinite(drive.last.way_left_m) or len(drive.steps) < 10:
+        drive.step(goal)
+    assert drive.moved_m() < 0.1
+    assert drive.last.way_left_m == pytest.approx(way_m, abs=0.15, rel=0.01)
+
+
+def test_the_way_around_a_wall_is_about_as_long_as_it_was_told():
+    drive = Drive(ACROSS).until_end(goal_at(2.0, 0.0), 30)
+    told_m = [step.progress.way_left_m for step in drive.steps if math.isfinite(step.progress.way_left_m)]
+    assert drive.last.state is State.ARRIVED
+    assert drive.moved_m() == pytest.approx(max(told_m), rel=0.15)
+    assert told_m[0] > 2 * math.hypot(1.0, 1.0)
 
 
 def test_the_same_steps_give_the_same_velocities_to_the_bit():

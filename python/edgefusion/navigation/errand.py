@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Tuple
 
 import numpy as np
@@ -87,12 +87,15 @@ class Errand:
         self._field.update(self._surroundings, now.target, self.goal.position_tolerance_m, now.here)
         self._there = law.is_there(_apart_m(now.target, now.pose_ahead), self._there, self.goal)
         descent = self._field.descend(now.pose_ahead, abs(now.ahead[3]))
-        left_m = _apart_m(now.target, now.here) if self._there else descent.way_left_m
-        self._ended = self._ending(now, left_m)
+        if self._there:
+            apart_m = _apart_m(now.target, now.here)
+            descent = replace(descent, left_m=apart_m, way_left_m=apart_m)
+        self._ended = self._ending(now, descent)
         if self._ended is not None:
             return Twist2D(), self._ended
         twist, note = self._drive(now, descent)
-        return twist, self._progress(now, State.TURNING if self._there else State.DRIVING, left_m, note=note)
+        state = State.TURNING if self._there else State.DRIVING
+        return twist, self._progress(now, state, descent.way_left_m, note=note)
 
     def _blind(self, now: Now) -> str:
         """Why it may not move, whatever the field says; empty where it may."""
@@ -106,18 +109,19 @@ class Errand:
         """What lies ahead of the way [k, 2], in the local frame; empty for a field that plans none."""
         return self._field.way(pose, length_m)
 
-    def _ending(self, now: Now, left_m: float) -> Progress | None:
+    def _ending(self, now: Now, descent: Descent) -> Progress | None:
         """How it has ended; None where it goes on."""
         off = self._off(now.here, now.target)
         tolerance = self.goal.heading_tolerance
         if self._there and now.stands and off <= tolerance:
             turned_enough = off <= tolerance / 2 or self._stall.lasts(now.stamp_ns, now.here)  # as far as it can
             if turned_enough:
-                return self._progress(now, State.ARRIVED, left_m)
+                return self._progress(now, State.ARRIVED, descent.way_left_m)
         reason = self._shut.lasts(now.stamp_ns, self._field.shut)
-        if reason is None and self._patience.is_over(now.stamp_ns, left_m + (off if self._there else 0.0), now.here):
+        left_m = descent.left_m + (off if self._there else 0.0)
+        if reason is None and self._patience.is_over(now.stamp_ns, left_m, now.here):
             reason = Reason.NO_PROGRESS
-        return None if reason is None else self._progress(now, State.BLOCKED, left_m, reason)
+        return None if reason is None else self._progress(now, State.BLOCKED, descent.way_left_m, reason)
 
     def _drive(self, now: Now, descent: Descent) -> Tuple[Twist2D, str]:
         """By a manoeuvre where one is under way; else where the field leads."""
@@ -146,7 +150,7 @@ class Errand:
         if descent.direction is None:
             return None
         off = descent.direction - at.theta
-        arriving_mps = _CREEP_MPS + law.approach_speed_mps(descent.way_left_m, self._base)
+        arriving_mps = _CREEP_MPS + law.approach_speed_mps(descent.left_m, self._base)
         speed_mps = min(descent.pull * self._base.max_speed_mps, arriving_mps)
         return law.drive((math.cos(off), math.sin(off)), speed_mps, self._base)
 
@@ -155,10 +159,10 @@ class Errand:
         return abs(turned(target.theta, pose.theta)) if self.goal.heading_tolerance < math.pi else 0.0
 
     def _progress(
-        self, now: Now, state: State, left_m: float, reason: Reason | None = None, note: str = ""
+        self, now: Now, state: State, way_left_m: float, reason: Reason | None = None, note: str = ""
     ) -> Progress:
         gap_m = self._surroundings.guard.gap((now.here.x_m, now.here.y_m, now.here.theta))
-        return Progress(self.goal.id, state, left_m, gap_m, reason, note)
+        return Progress(self.goal.id, state, way_left_m, gap_m, reason, note)
 
 
 def _apart_m(a: Pose2D, b: Pose2D) -> float:

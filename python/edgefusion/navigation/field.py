@@ -19,14 +19,16 @@ from edgefusion.types import Pose2D
 @dataclass(frozen=True)
 class Descent:
     """direction: of -grad U, in the local frame [rad]; None where there is none. pull: how strong, 1 for as fast as
-    it may. way_left_m: to the goal, inf where it is not known."""
+    it may. left_m: to the goal as the field counts it, where a metre near obstacles may be several; way_left_m: in
+    plain metres; both inf where no way is known."""
 
     direction: float | None
     pull: float
+    left_m: float
     way_left_m: float
 
 
-NOWHERE = Descent(None, 0.0, math.inf)
+NOWHERE = Descent(None, 0.0, math.inf, math.inf)
 
 
 class Field(Protocol):

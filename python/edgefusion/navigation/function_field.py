@@ -38,6 +38,7 @@ class FunctionField:
             self._blocked_m, inscribed_m + navigation.comfort_m, navigation.comfort_weight
         )
         self._computed = False
+        self._goal_m = 0.0, 0.0
 
     @property
     def shut(self) -> Reason | None:
@@ -45,6 +46,7 @@ class FunctionField:
 
     def update(self, surroundings: Surroundings, goal: Pose2D, tolerance_m: float, pose: Pose2D) -> None:
         function, map_ = self.function, surroundings.map
+        self._goal_m = goal.x_m, goal.y_m
         if not function.running:
             function.begin(map_, goal.x_m, goal.y_m, tolerance_m, pose.x_m, pose.y_m)
         self._computed = function.advance(map_, PORTION) or self._computed
@@ -54,7 +56,7 @@ class FunctionField:
         return self.function.way(pose.x_m, pose.y_m, length_m, self._blocked_m)
 
     def left_m(self, pose: Pose2D) -> float:
-        """The way to the goal, inf where there is none."""
+        """To the goal as the function counts it, longer near obstacles; inf where there is no way."""
         way = self.way(pose, 0.0)
         return self.function.value(*way[0]) if len(way) else math.inf
 
@@ -63,4 +65,10 @@ class FunctionField:
         if not len(way):
             return NOWHERE
         dx, dy = way[-1] - (pose.x_m, pose.y_m)
-        return Descent(math.atan2(dy, dx), 1.0, self.function.value(*way[0]))
+        left_m = self.function.value(*way[0])
+        return Descent(math.atan2(dy, dx), 1.0, left_m, self._way_left_m(pose, left_m))
+
+    def _way_left_m(self, pose: Pose2D, left_m: float) -> float:
+        """Along the way; from where the map ends as the crow flies. Counted by the function it is never shorter."""
+        points = np.vstack([(pose.x_m, pose.y_m), self.way(pose, left_m), self._goal_m])
+        return float(np.hypot(*np.diff(points, axis=0).T).sum())

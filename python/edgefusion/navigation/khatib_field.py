@@ -45,7 +45,7 @@ class KhatibField:
         left_m = float(np.hypot(*(goal - here)))
         if strength == 0:
             return NOWHERE
-        return Descent(pose.theta + math.atan2(uy, ux), min(1.0, strength / self._max_speed_mps), left_m)
+        return Descent(pose.theta + math.atan2(uy, ux), min(1.0, strength / self._max_speed_mps), left_m, left_m)
 
     def way(self, pose: Pose2D, length_m: float) -> Floats:
         """It plans none."""

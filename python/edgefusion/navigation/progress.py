@@ -28,7 +28,8 @@ class Reason(str, Enum):
 
 @dataclass(frozen=True)
 class Progress:
-    """goal_id: whose progress it is. reason: of BLOCKED. way_left_m: along the way that is known, inf where none is.
+    """goal_id: whose progress it is. reason: of BLOCKED. way_left_m: along the way that is known, as the crow flies
+    from where the map ends, and by a field that plans no way; inf where there is none.
 
     clearance_m: between the hull and the nearest thing that the laser has seen. note: what limits the robot now, in
     words, empty when nothing does.
