@@ -19,45 +19,16 @@ from edgefusion.drivers.sip_command import Command
 from edgefusion.service.device_thread import DeviceThread
 from edgefusion.service.ending import EndableLink
 from edgefusion.service.robot_device import RobotDevice, RobotReport
-from edgefusion.sim.robot import SimBase
+from edgefusion.sim.floor_body import FloorBody
 from edgefusion.sim.sip_robot import SipRobot
 from edgefusion.sim.wire_device import WireDevice
 from edgefusion.sim.wire_pty import PtyWire
-from edgefusion.types import HealthState, Pose2D, Twist2D
+from edgefusion.types import HealthState, Twist2D
 
 Rng = np.random.Generator
 AHEAD = Twist2D(0.3)
-UNTOUCHED = (False,) * 5
 _PUMP_S, _DRIVE_NS, _PATIENCE_S = 0.001, 50_000_000, 20.0
 _ZEROS = {(Command.STOP, None), (Command.E_STOP, None), (Command.VEL, 0)}
-
-
-class FloorBody:
-    """On an endless floor. bumpers: what a fault may change; jammed: its wheels do not turn, and nothing says so."""
-
-    def __init__(self) -> None:
-        self.base = SimBase()
-        self.stalled = (False, False)
-        self.bumpers = (UNTOUCHED, UNTOUCHED)
-        self.jammed = False
-
-    @property
-    def odometry(self) -> Pose2D:
-        return self.base.odometry
-
-    @property
-    def twist(self) -> Twist2D:
-        return self.base.twist
-
-    def command(self, twist: Twist2D) -> None:
-        self.base.command(Twist2D() if self.jammed or any(self.stalled) else twist)
-
-    def halt(self) -> None:
-        self.base.command(Twist2D())
-        self.base.twist = Twist2D()
-
-    def sonar_m(self, number: int) -> float:
-        return 2.0 + number / 10
 
 
 class Rig:
@@ -67,6 +38,7 @@ class Rig:
     def __init__(self, folder: Path) -> None:
         self._path = folder / "robot"
         self.body = FloorBody()
+        self.body.echoes = {number: 2.0 + number / 10 for number in range(16)}
         self.robot = SipRobot(self.body, now_ns=time.monotonic_ns())
         self.device: WireDevice = self.robot
         self.reads = self.drives = True

@@ -9,8 +9,9 @@ import time
 from typing import Callable, List
 
 from benchmarks.fault_row import FaultRow
-from benchmarks.faults_robot_rig import UNTOUCHED, Rig, Rng, driven, stays
+from benchmarks.faults_robot_rig import Rig, Rng, driven, stays
 
+from edgefusion.sim.floor_body import UNTOUCHED
 from edgefusion.types import Pose2D
 
 _STAYS_S, _CONTINUOUS_M = 1.0, 0.04

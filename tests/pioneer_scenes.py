@@ -16,11 +16,11 @@ from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.drivers.pioneer_state import RobotState
 from edgefusion.drivers.sip_command import Command
 from edgefusion.drivers.sip_frame import PacketFinder
+from edgefusion.sim.floor_body import FloorBody
 from edgefusion.sim.sip_robot import SipRobot
 from edgefusion.sim.sip_robot_character import SH, Character
 from edgefusion.sim.wire_line import PacedLine
 from edgefusion.types import Twist2D
-from floor_body import FloorBody
 from scripted_pioneer import ScriptedPioneer
 from virtual_port import VirtualLine
 

@@ -8,11 +8,11 @@ import threading
 import time
 from pathlib import Path
 
+from edgefusion.sim.floor_body import FloorBody
 from edgefusion.sim.sip_robot import SipRobot
 from edgefusion.sim.sip_robot_character import SH, Character
 from edgefusion.sim.wire_pty import PtyWire
 from edgefusion.sim.wire_server import WireServer
-from floor_body import FloorBody
 
 
 class ServedPioneer:

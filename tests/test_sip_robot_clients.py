@@ -16,9 +16,9 @@ from edgefusion.drivers.sip_command import Command, command
 from edgefusion.drivers.sip_config import read_identity
 from edgefusion.drivers.sip_frame import Packet, PacketFinder, frame
 from edgefusion.drivers.sip_status import STATUS_TYPES, Status, read_status
+from edgefusion.sim.floor_body import FloorBody
 from edgefusion.sim.sip_robot import SipRobot
 from edgefusion.sim.sip_robot_character import H8, SH, Character
-from floor_body import FloorBody
 
 MS = 1_000_000
 SYNC = [frame(bytes([step])) for step in range(3)]
