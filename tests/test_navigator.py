@@ -55,6 +55,7 @@ def test_tighter_tolerances_are_kept_too(x_m, y_m, theta):
     drive = Drive(OPEN).until_end(goal, 20)
     assert drive.last.state is State.ARRIVED
     assert is_at(drive.sim.pose, goal)
+    assert "manoeuvres" not in [step.progress.note for step in drive.steps]  # a slow turn is no standstill
 
 
 def test_with_a_tolerance_of_pi_no_heading_is_turned_to():

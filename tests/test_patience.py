@@ -50,6 +50,17 @@ def test_only_steps_in_which_it_is_asked_count():
     assert stays(stall, HERE, 90, 90.1)
 
 
+@pytest.mark.parametrize(("rate", "stalled"), [(2.0, False), (0.5, True)])
+def test_who_is_nearly_there_may_turn_slowly_but_has_to_turn(rate, stalled):
+    """From 4 degrees off, proportionally to what is left."""
+    stall, off = Stall(), 4.0
+    answers = []
+    for tick in range(25):
+        answers.append(stall.lasts(tick * S // 20, turned(off), math.radians(off)))
+        off -= rate * off / 20
+    assert any(answers) is stalled
+
+
 def test_to_go_to_and_fro_on_the_spot_is_to_be_stalled():
     stall = Stall()
     answers = [stall.lasts(tick * S // 10, turned(4 * (-1) ** tick if tick else 0)) for tick in range(10)]

@@ -114,7 +114,7 @@ class Errand:
         off = self._off(now.here, now.target)
         tolerance = self.goal.heading_tolerance
         if self._there and now.stands and off <= tolerance:
-            turned_enough = off <= tolerance / 2 or self._stall.lasts(now.stamp_ns, now.here)  # as far as it can
+            turned_enough = off <= tolerance / 2 or self._stall.lasts(now.stamp_ns, now.here, off)  # as far as it can
             if turned_enough:
                 return self._progress(now, State.ARRIVED, descent.way_left_m)
         reason = self._shut.lasts(now.stamp_ns, self._field.shut)
@@ -136,7 +136,8 @@ class Errand:
         if wish is None:
             return Twist2D(), "looks for a way"
         twist = steering.permitted(wish)
-        if self._manoeuvring is not None and wish != Twist2D() and self._stall.lasts(now.stamp_ns, now.here):
+        left = self._off(now.here, now.target) if self._there else math.inf
+        if self._manoeuvring is not None and wish != Twist2D() and self._stall.lasts(now.stamp_ns, now.here, left):
             self._stall = Stall()
             self._manoeuvring.begin(now.pose_ahead, self.goal, now.target, self._there)
         return twist, "" if twist == law.as_carried(wish) else "slowed for what is near"

@@ -22,12 +22,15 @@ class Stall:
 
     def __init__(self) -> None:
         self._from: Pose2D | None = None
+        self._enough = self.TURN
         self._asked_ns = self._lasted_ns = 0
 
-    def lasts(self, stamp_ns: int, pose: Pose2D) -> bool:
-        """Asked at every step in which the robot is to move; the others do not count."""
+    def lasts(self, stamp_ns: int, pose: Pose2D, left: float = math.inf) -> bool:
+        """Asked at every step in which the robot is to move; the others do not count. left: how far it has to turn
+        where it only turns: who is nearly there turns slowly, and half of what is left is enough."""
         if self._from is None or self._moved(self._from, pose):
             self._from, self._lasted_ns = pose, 0
+            self._enough = min(self.TURN, left / 2)
         else:
             self._lasted_ns += min(stamp_ns - self._asked_ns, round(self.STEP_S * _NS_PER_S))
         self._asked_ns = stamp_ns
@@ -35,7 +38,7 @@ class Stall:
 
     def _moved(self, before: Pose2D, pose: Pose2D) -> bool:
         place_m = math.hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
-        return place_m > self.PLACE_M or abs(turned(pose.theta, before.theta)) > self.TURN
+        return place_m > self.PLACE_M or abs(turned(pose.theta, before.theta)) > self._enough
 
 
 class Shut:
