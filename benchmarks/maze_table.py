@@ -26,12 +26,14 @@ HEADER = (
 )
 AIMS = (
     "aims: every goal reached that can be; where it cannot, blocked with the right reason within 60 s; no contacts "
-    "(walked into: by a person, while the robot had stood for 0.3 s)"
+    "(walked into: by a person, while the robot had stood for 0.3 s); tight doorways as far as it goes: no contacts"
 )
 
 
 def is_right(world: MazeWorld, run: Run) -> bool:
     """Whether a drive ended as it should. A person who walks into a standing robot is not the robot's fault."""
+    if not world.demanded:
+        return run.outcome not in (Outcome.CONTACT, Outcome.ELSEWHERE)
     if world.reasons:
         return run.outcome is Outcome.BLOCKED and run.reason in {reason.value for reason in world.reasons}
     return run.outcome is Outcome.REACHED or (bool(world.people) and run.outcome is Outcome.WALKED_INTO)

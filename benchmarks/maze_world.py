@@ -41,6 +41,7 @@ class Person:
 @dataclass(frozen=True)
 class MazeWorld:
     """static: what never moves, float64[m, 4]. reasons: of which a goal out of reach may end; none: it can be reached.
+    demanded: whether it has to be, or how a drive ends only shows how far it goes, as long as nothing is touched.
     jump: of the odometry, at jump_s; slip_m: BaseSpec's; slow_scans: those of a line of 38400 baud."""
 
     static: Floats
@@ -50,6 +51,7 @@ class MazeWorld:
     seed: int = 0
     people: Tuple[Person, ...] = ()
     reasons: Tuple[Reason, ...] = ()
+    demanded: bool = True
     slip_m: float = 0.0
     jump_s: float = 0.0
     jump: Pose2D = STILL

@@ -3,7 +3,7 @@
 """Worlds that are hard for a Pioneer 3-DX, by family and seed: the same seed gives the same world.
 
 The robot turns about its axle within a circle of 0.37 m radius. Corridors and dead ends are at least GAP_M wide, and
-so are the gaps between things; only doorways are narrower: DOORWAY_M, or too narrow on purpose.
+so are the gaps between things; only doorways are narrower: DOORWAY_M, tighter still, or too narrow on purpose.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ from edgefusion.types import Pose2D
 
 ROBOT_WIDTH_M = 2 * P3DX_FOOTPRINT_M[0][1]
 DOORWAY_M = ROBOT_WIDTH_M + 0.08
+SPARE_M = 0.03, 0.07
+"""What tight doorways are wider than the robot by."""
+
 GAP_M = 0.95
 PITCH_M = GAP_M + 2 * THICK_M
 """From one of a spiral's walls to the next."""
@@ -120,10 +123,16 @@ def narrow(rng: Rng) -> MazeWorld:
     return MazeWorld(static, _pose(rng, 1.1, 2.5, 0.8), _pose(rng, 5.9, 2.5, 0.8), reasons=(Reason.ENCLOSED,))
 
 
+def tight_doorway(rng: Rng) -> MazeWorld:
+    """As `doorway`, but with less room than the navigator is made for: how narrow they may be is what it shows."""
+    static = _divided(rng, 9.0, 6.0, ROBOT_WIDTH_M + rng.uniform(*SPARE_M))
+    return MazeWorld(static, _pose(rng, 1.3, 3.0, 1.2), _pose(rng, 7.7, 3.0, 1.2), demanded=False)
+
+
 FAMILIES: Dict[str, Callable[[Rng], MazeWorld]] = {
     make_one.__name__: make_one
     for make_one in (
-        doorway, u_trap, spiral, near_wall, people, slip, jump, slow_scans, enclosed, occupied, narrow
+        doorway, u_trap, spiral, near_wall, people, slip, jump, slow_scans, enclosed, occupied, narrow, tight_doorway
     )
 }  # fmt: skip
 

@@ -4,7 +4,8 @@
 
 A Pioneer 3-DX at 0.5 m/s, 0.3 m/s^2, 60 deg/s, 100 deg/s^2 with commands 0.05 s late and a laser of 361 beams over 180
 degrees and 8.183 m, 0.10 m ahead of its axle: 1 cm noise, 1 % of beams dropped, mixed pixels at half of the edges. In
-each family 20 worlds by seed; --check proves, without the navigator, that those that can be reached can be.
+each family 20 worlds by seed; --check proves, without the navigator, that those that can be reached can be. Doorways 3
+to 7 cm wider than the robot are tight: there arrivals are counted, and only contacts are faults.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ EXAMPLES = """examples:
   python -m benchmarks.mazes
   python -m benchmarks.mazes --families doorway spiral --limit 3 --pictures
   python -m benchmarks.mazes --families people --first 7 --limit 1 --json
+  python -m benchmarks.mazes --first 1000    # 20 other worlds of each family
   python -m benchmarks.mazes --check
 
 Exit codes: 0 as it should be, 1 an aim was missed."""
@@ -81,7 +83,7 @@ def run_world(job: Job) -> dict[str, Any]:
     right = is_right(world, run)
     if job.pictures and not right:
         _draw(job.pictures, world, run)
-    expected = " or ".join(reason.value for reason in world.reasons) or "reached"
+    expected = " or ".join(reason.value for reason in world.reasons) or ("reached" if world.demanded else "no contact")
     return {"world": world.name, "expected": expected, **run.record(), "right": right}
 
 
@@ -91,9 +93,11 @@ def _draw(folder: Path, world: MazeWorld, run: Run) -> None:
 
 
 def keeps_promise(name: World) -> bool:
-    """Whether the goal can be reached exactly where the world says so."""
+    """Whether the goal can be reached exactly where the world says so; where it need not be nothing is promised."""
     world = make(*name)
-    return reachable(world.static, Hull(BASE.footprint_m), world.start, world.goal) is not bool(world.reasons)
+    return not world.demanded or reachable(world.static, Hull(BASE.footprint_m), world.start, world.goal) is not bool(
+        world.reasons
+    )
 
 
 def main(argv: Sequence[str] | None = None) -> int:

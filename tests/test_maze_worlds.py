@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 from dataclasses import replace
@@ -31,6 +32,7 @@ HULL = Hull(P3DX_FOOTPRINT_M)
 TURNING_M = float(np.hypot(*HULL.corners_m.T).max())
 SEEDS = range(12)
 REACHABLE = [family for family in FAMILIES if not make(family, 0).reasons]
+DEMANDED = [family for family in FAMILIES if make(family, 0).demanded]
 
 
 def worlds(family):
@@ -76,7 +78,7 @@ def test_the_robot_can_turn_where_the_goal_is(family):
     assert min(to_nearest_m(world, world.goal) for world in worlds(family)) > TURNING_M + 0.02
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", DEMANDED)
 def test_the_goal_can_be_reached_exactly_where_the_world_says_so(family):
     world = make(family, 1)
     assert reachable(world.static, HULL, world.start, world.goal) is not bool(world.reasons)
@@ -107,6 +109,23 @@ def test_doorways_are_as_wide_as_they_should_be_and_never_square_to_the_room():
     assert pytest.approx(ROBOT_WIDTH_M + 0.08) == DOORWAY_M
     for world in worlds("narrow"):
         assert gap_m(world) < 0.91 * ROBOT_WIDTH_M
+
+
+def test_tight_doorways_are_wider_than_the_robot_by_less_than_it_is_made_for():
+    gaps = [gap_m(world) - ROBOT_WIDTH_M for world in worlds("tight_doorway")]
+    assert min(gaps) >= 0.03 and max(gaps) <= 0.07
+    assert max(gaps) - min(gaps) > 0.02
+
+
+def test_through_a_tight_doorway_the_robot_fits_straight():
+    for world in worlds("tight_doorway"):
+        ends = world.static[4:12].reshape(-1, 2)
+        a, b = min(itertools.product(ends[:8], ends[8:]), key=lambda pair: math.dist(*pair))
+        across = math.atan2(*(b - a)[::-1]) + math.pi / 2
+        x_m, y_m = (a + b) / 2
+        for off_m in np.linspace(-0.6, 0.6, 25):
+            pose = Pose2D(x_m + off_m * math.cos(across), y_m + off_m * math.sin(across), across)
+            assert HULL.clearance_m(pose, bounded(world.static)) > 0.01
 
 
 def test_half_of_the_spirals_begin_inside_where_corridors_leave_room_to_turn():
@@ -181,6 +200,11 @@ def test_goals_out_of_reach_are_enclosed_or_occupied():
         ("enclosed", Outcome.BLOCKED, Reason.ENCLOSED.value, True),
         ("enclosed", Outcome.BLOCKED, Reason.NO_PROGRESS.value, False),
         ("enclosed", Outcome.TIMEOUT, "", False),
+        ("tight_doorway", Outcome.REACHED, "", True),
+        ("tight_doorway", Outcome.BLOCKED, Reason.NO_PROGRESS.value, True),
+        ("tight_doorway", Outcome.TIMEOUT, "", True),
+        ("tight_doorway", Outcome.CONTACT, "", False),
+        ("tight_doorway", Outcome.ELSEWHERE, "", False),
     ],
 )
 def test_a_drive_is_right_if_it_ended_as_it_should(family, outcome, reason, right):
@@ -208,3 +232,12 @@ def test_a_world_is_driven_and_written_down(tmp_path, capsys):
 def test_a_disc_contains_its_circle():
     middles = disc((1.0, 2.0), 0.25).reshape(-1, 2, 2).mean(axis=1) - (1.0, 2.0)
     np.testing.assert_allclose(np.hypot(*middles.T), 0.25)
+
+
+def test_other_seeds_are_asked_for_by_the_first(capsys):
+    options = ["--families", "tight_doorway", "narrow", "--check", "--first", "1000", "--limit", "1"]
+    assert mazes.main(options) == 0
+    assert "2 of 2 worlds are as promised" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        mazes.main(["--help"])
+    assert "--first 1000" in capsys.readouterr().out
