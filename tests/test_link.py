@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import select
 import socket
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import tty
 from pathlib import Path
 
 import pytest
+import serial
 
 from edgefusion.clock import SimClock
 from edgefusion.drivers.backoff import Backoff
@@ -136,6 +138,33 @@ def test_a_port_that_is_not_there_is_tried_ever_more_seldom(tmp_path, make_link)
     device.unplug()
 
 
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("/dev/no-such-port", "No such file or directory"),
+        ("/dev/null", "Inappropriate ioctl for device"),
+        ("socket://127.0.0.1:1", "Connection refused"),
+    ],
+)
+def test_what_cannot_be_opened_is_named_once_with_the_reason(make_link, name, why):
+    with pytest.raises(LinkLostError) as lost:
+        make_link(name).open()
+    assert str(lost.value) == f"{name}: cannot be opened: {why}"
+
+
+def test_a_port_that_another_program_holds_says_so(pty, make_link):
+    with serial.Serial(str(pty.path), exclusive=True), pytest.raises(LinkLostError, match="another program holds it"):
+        make_link(pty.path).open()
+
+
+@pytest.mark.parametrize(
+    "name", ["socket://host", "socket://host:", "socket://:8101", "socket://host:port", "socket://host:70000"]
+)
+def test_an_address_without_a_port_is_refused(make_link, name):
+    with pytest.raises(RefusedError, match=f"{name}: expected socket://HOST:PORT"):
+        make_link(name).open()
+
+
 def test_silence_is_told_from_a_lost_port(pty, make_link):
     clock = SimClock()
     link = make_link(pty.path, clock=clock)
@@ -182,6 +211,7 @@ def test_bytes_that_came_while_the_process_was_halted_are_no_silence(pty, make_l
     def clock_of_a_process() -> int:
         while halts:  # between the reading that found nothing and its end
             os.write(pty.master, halts.pop())
+            assert select.select([pty.slave], [], [], 5)[0]  # until the kernel has passed it on
             clock.advance(1000 * MS)
         return clock()
 

@@ -17,7 +17,7 @@ import serial
 
 from edgefusion.clock import Clock, system_clock
 from edgefusion.drivers.backoff import Backoff
-from edgefusion.drivers.port import FAILURES, WRITE_S, close_port, drain, open_port
+from edgefusion.drivers.port import FAILURES, WRITE_S, close_port, drain, open_port, reason
 from edgefusion.drivers.port_lock import PortLock
 from edgefusion.errors import RefusedError
 
@@ -87,7 +87,7 @@ class Link:
             self._port = open_port(self.name, self._baudrate)
         except FAILURES as error:
             self._backoff.failed(self._clock())
-            raise LinkLostError(f"{self.name}: cannot be opened: {error}") from error
+            raise LinkLostError(f"{self.name}: cannot be opened: {reason(error)}") from error
         self.expect_within(math.inf)
         try:
             self._on_open(self)
