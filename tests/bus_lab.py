@@ -44,6 +44,13 @@ def until(condition: Callable[[], object], timeout_s: float = SOON_S) -> None:
         time.sleep(0.005)
 
 
+def wait_for_listener(session: zenoh.Session, key: str) -> None:
+    """Until what this session puts there has somebody to hear it."""
+    publisher = session.declare_publisher(key)
+    until(lambda: publisher.matching_status.matching)
+    publisher.undeclare()
+
+
 class Lab:
     """A router, and who is on it. keys: a folder of `edgefusion keys init`; then it also listens by TLS."""
 

@@ -53,6 +53,11 @@ class Inbox(Generic[T]):
         """How many were pushed out by newer ones before they were looked at."""
         return self._subscriber.dropped
 
+    @property
+    def waiting(self) -> int:
+        """How many have come that nobody has looked at."""
+        return self._subscriber.waiting
+
     def take(self, now_ns: int) -> list[Tuple[int, T]]:
         """Of what came since the last time, what counts: when it came and what it is, the oldest first."""
         commands = []

@@ -57,6 +57,11 @@ class Subscriber:
         """How often a sample could not be taken in, or `wake` raised."""
         return self._guarded.failures
 
+    @property
+    def waiting(self) -> int:
+        """How many are there."""
+        return len(self._ring)
+
     def take(self) -> list[Received]:
         """All that is there, the oldest first; it is there no longer."""
         with self._news:

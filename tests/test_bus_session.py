@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Sessions, what is put and heard, and who is alive: with real sessions on loopback. Z1, Z7 and Z8 in small."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import time
+from contextlib import ExitStack
+from typing import Iterator, Optional, Tuple
+
+import pytest
+import zenoh
+
+from bus_lab import QUIET_S, Lab, Sink, free_port, until, wait_for_listener
+from edgefusion.bus.freshness import CommandLimits, Freshness, Refusal
+from edgefusion.bus.inbox import Inbox
+from edgefusion.bus.liveliness import Alive, declare_alive
+from edgefusion.bus.publisher import CommandPublisher, Publisher
+from edgefusion.bus.router import open_router
+from edgefusion.bus.session import UnreachableError, open_client, open_member
+from edgefusion.bus.subscriber import Subscriber
+from edgefusion.bus.tags import SampleTag, Tagger, read_tag
+from edgefusion.bus.topics import CMD_VEL, IMAGE, MISSION, ODOM, TOPICS
+from edgefusion.config.bus import BusConfig
+from edgefusion.messages import ros_name
+from edgefusion.messages.cdr import decode, encode
+from edgefusion.messages.geometry_msgs import Twist, Vector3
+from edgefusion.messages.std_msgs import String
+from edgefusion.messages.to_cmd_vel import to_cmd_vel
+from edgefusion.types import Twist2D
+
+MS = 1_000_000
+LIMITS = CommandLimits(4096, 1e6, burst=100_000)
+AHEAD = encode(Twist(Vector3(x=0.3)))
+
+Sample = Tuple[Optional[bytes], bytes]
+"""Attachment and payload."""
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    with ExitStack() as stack:
+        yield stack
+
+
+@pytest.fixture
+def lab(stack: ExitStack) -> Lab:
+    lab = Lab(stack)
+    lab.router()
+    return lab
+
+
+def connected(publisher: Publisher) -> Publisher:
+    """Once somebody listens."""
+    until(lambda: publisher.wanted(time.monotonic_ns()))
+    return publisher
+
+
+def test_what_is_put_is_heard_byte_for_byte_with_its_stamp_type_and_number(lab: Lab) -> None:
+    publisher = Publisher(lab.member(), "robot", MISSION, Tagger("me"), "boot-7")
+    subscriber = Subscriber(lab.client(), "robot/mission", newest=10, clock=lambda: 42)
+    message = String('{"state":"driving"}')
+    connected(publisher).put(message, 123)
+    received = subscriber.wait(5)
+    assert received is not None and received.attachment is not None
+    assert (received.key, received.payload) == ("robot/mission", encode(message))
+    assert received.encoding.endswith("std_msgs/msg/String")
+    assert received.received_ns == 42
+    assert read_tag(SampleTag, received.attachment) == SampleTag("boot-7", 123, "me", 0)
+
+
+def test_every_topic_can_be_put_and_says_its_type(lab: Lab) -> None:
+    robot, sink = lab.member(), Sink(lab.client(), "robot/**")
+    for topic in TOPICS.values():
+        connected(Publisher(robot, "robot", topic, Tagger(), "boot")).put(topic.message(), 0)
+    until(lambda: len(sink.samples) == len(TOPICS))
+    for sample in sink.samples:
+        topic = TOPICS[str(sample.key_expr)[len("robot/") :]]
+        assert str(sample.encoding).endswith(f";{ros_name(topic.message)}")
+        decode(topic.message, sample.payload.to_bytes())
+
+
+def test_the_newest_are_kept_and_the_others_counted(lab: Lab) -> None:
+    publisher = Publisher(lab.member(), "robot", ODOM, Tagger(), "boot")
+    subscriber = Subscriber(lab.client(), "robot/odom", newest=3)
+    connected(publisher)
+    for number in range(10):
+        publisher.put_bytes(b"%d" % number, number)
+    until(lambda: subscriber.received == 10)
+    assert [received.payload for received in subscriber.take()] == [b"7", b"8", b"9"]
+    assert (subscriber.dropped, subscriber.take()) == (7, [])
+
+
+def test_waiting_gives_the_oldest_or_nothing_in_time(lab: Lab) -> None:
+    publisher = Publisher(lab.member(), "robot", ODOM, Tagger(), "boot")
+    subscriber = Subscriber(lab.client(), "robot/odom", newest=2)
+    assert subscriber.wait(0.01) is None
+    connected(publisher)
+    for number in range(2):
+        publisher.put_bytes(b"%d" % number, number)
+    until(lambda: subscriber.received == 2)
+    assert [getattr(subscriber.wait(1), "payload", None) for _ in range(2)] == [b"0", b"1"]
+    assert subscriber.wait(0) is None
+
+
+def test_a_wake_that_fails_is_logged_once_counted_and_nothing_is_lost(
+    lab: Lab, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail() -> None:
+        raise RuntimeError("on purpose")
+
+    publisher = Publisher(lab.member(), "robot", ODOM, Tagger(), "boot")
+    subscriber = Subscriber(lab.client(), "robot/odom", newest=10, wake=fail)
+    connected(publisher)
+    for number in range(3):
+        publisher.put_bytes(b"x", number)
+    until(lambda: subscriber.failures == 3)
+    assert len(subscriber.take()) == 3
+    assert len([record for record in caplog.records if record.levelno == logging.ERROR]) == 1
+
+
+def test_nothing_is_wanted_while_nobody_listens_and_then_at_the_rate_that_is_set(lab: Lab) -> None:
+    publisher = Publisher(lab.member(), "robot", IMAGE, Tagger(), "boot", max_hz=10)
+    time.sleep(QUIET_S)
+    assert not publisher.wanted(0)
+    subscriber = Subscriber(lab.client(), "robot/image/compressed")
+    until(lambda: publisher.wanted(0))
+    times_ms = [ms for ms in range(1, 10_000) if publisher.wanted(ms * MS)]
+    assert len(times_ms) == 99
+    assert publisher.wanted(60_000 * MS)
+    assert [ms for ms in range(60_001, 61_000) if publisher.wanted(ms * MS)][-1] >= 60_900
+    subscriber.undeclare()
+    until(lambda: not publisher.wanted(10**15))
+
+
+def test_who_is_alive_is_known_also_to_who_comes_later(lab: Lab) -> None:
+    base, vision, changes = lab.member(), lab.member(), []
+    tokens = [declare_alive(base, "robot", "base"), declare_alive(vision, "robot", "vision")]
+    alive = Alive(lab.client(), "robot", lambda: changes.append(1))
+    until(lambda: alive.components == {"base", "vision"})
+    vision.close()
+    until(lambda: alive.components == {"base"})
+    tokens[0].undeclare()
+    until(lambda: not alive.components)
+    assert len(changes) == 4
+
+
+def test_a_client_without_a_router_says_so_in_time() -> None:
+    started_s = time.monotonic()
+    with pytest.raises(UnreachableError, match="no router let us in"):
+        open_client(f"tcp/127.0.0.1:{free_port()}", timeout_s=0.2)
+    assert time.monotonic() - started_s < 5
+
+
+def test_a_router_on_a_port_that_is_taken_says_which() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(OSError, match=f"cannot listen on {endpoint}"):
+            open_router(BusConfig(listen=(endpoint,)))
+
+
+def test_z1_a_router_that_dies_costs_its_members_nothing_and_is_found_again(stack: ExitStack) -> None:
+    lab = Lab(stack)
+    robot = lab.keep(open_member(lab.config))  # before there is a router
+    publisher = Publisher(robot, "robot", MISSION, Tagger(), "boot")
+    publisher.put(String("to nobody"), 0)
+    router = lab.router()
+    subscriber = Subscriber(lab.client(), "robot/mission", newest=1000)
+    until(lambda: (publisher.put(String("first"), 0), subscriber.received)[1])
+    router.close()
+    until(lambda: not list(robot.info.routers_zid()))
+    publisher.put(String("into a dead link"), 0)
+    subscriber.take()
+    lab.router()
+    until(lambda: (time.sleep(0.01), publisher.put(String("again"), 0), subscriber.take())[2], timeout_s=20)
+
+
+def test_z7_a_flood_leaves_no_more_behind_than_what_is_kept(lab: Lab) -> None:
+    subscriber = Subscriber(lab.member(), "robot/odom", newest=16)
+    publisher = connected(Publisher(lab.client(), "robot", ODOM, Tagger(), "boot"))
+    until(lambda: ([publisher.put_bytes(b"x" * 200, 0) for _ in range(100)], subscriber.received >= 1000)[1])
+    time.sleep(QUIET_S)
+    assert len(subscriber.take()) == 16
+    assert subscriber.dropped == subscriber.received - 16
+
+
+def test_z8_a_slow_subscriber_costs_the_others_nothing(lab: Lab) -> None:
+    publisher = Publisher(lab.member(), "robot", IMAGE, Tagger(), "boot")
+    fast = Subscriber(lab.client(), "robot/image/compressed", newest=1000)
+    slow = Subscriber(lab.client(), "robot/image/compressed", wake=lambda: time.sleep(0.3))
+    connected(publisher)
+    until(lambda: (publisher.put_bytes(b"first", 0), fast.received and slow.received)[1])
+    time.sleep(QUIET_S)
+    fast.take()
+    for number in range(50):
+        publisher.put_bytes(b"x" * 100_000, number)
+        until(lambda: fast.waiting > number)  # noqa: B023  # it is called at once
+    assert slow.received < 50
+
+
+def commands_of(robot: zenoh.Session, limits: CommandLimits = LIMITS) -> Inbox[Twist2D]:
+    """All of which come at 0."""
+    return Inbox(robot, "robot", CMD_VEL, to_cmd_vel, Freshness(limits), clock=lambda: 0)
+
+
+def put_one_by_one(client: zenoh.Session, inbox: Inbox[Twist2D], *samples: Sample) -> None:
+    wait_for_listener(client, "robot/cmd_vel")
+    for count, (attachment, payload) in enumerate(samples, start=1):
+        client.put("robot/cmd_vel", payload, attachment=attachment)
+        until(lambda: inbox.waiting == count)  # noqa: B023  # it is called at once
+        time.sleep(0.006)  # below the router's limit
+
+
+def test_a_command_arrives_as_what_the_robot_works_with(lab: Lab) -> None:
+    inbox, client = commands_of(lab.member()), lab.client()
+    wait_for_listener(client, "robot/cmd_vel")
+    CommandPublisher(client, "robot", CMD_VEL, Tagger(), 200).put(Twist(Vector3(x=0.3), Vector3(z=-0.1)))
+    until(lambda: inbox.waiting)
+    assert inbox.take(6) == [(0, Twist2D(0.3, -0.1))]
+    assert inbox.take(7) == []
+
+
+def test_commands_that_do_not_count_are_counted_and_logged_once_for_each_sender(
+    lab: Lab, caplog: pytest.LogCaptureFixture
+) -> None:
+    inbox, tagger = commands_of(lab.member()), Tagger("careless")
+    good, late = tagger.command(200), tagger.command(1)
+    put_one_by_one(
+        lab.client(),
+        inbox,
+        (None, AHEAD),
+        (good, AHEAD),
+        (good, AHEAD),
+        (late, AHEAD),
+        (tagger.command(200), AHEAD[:-1]),
+        (tagger.command(200), encode(Twist(Vector3(x=float("nan"))))),
+        (tagger.command(200), AHEAD + b"\0" * 4096),
+    )
+    assert [twist for _, twist in inbox.take(100 * MS)] == [Twist2D(0.3, 0)]
+    refusals = (Refusal.UNTAGGED, Refusal.REPLAYED, Refusal.EXPIRED, Refusal.OVERSIZED)
+    assert inbox.freshness.counts == {Refusal.MALFORMED: 2, **{refusal: 1 for refusal in refusals}}
+    warnings = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
+    assert len(warnings) == 2
+    assert "refused of careless" in warnings[1]
+
+
+def test_plain_ros_counts_where_it_is_allowed(lab: Lab) -> None:
+    inbox = commands_of(lab.member(), CommandLimits(4096, 1e6, allow_plain=True))
+    put_one_by_one(lab.client(), inbox, (None, AHEAD))
+    assert [twist for _, twist in inbox.take(0)] == [Twist2D(0.3, 0)]
+
+
+def test_a_key_that_is_deleted_is_no_command(lab: Lab) -> None:
+    inbox, client = commands_of(lab.member()), lab.client()
+    wait_for_listener(client, "robot/cmd_vel")
+    client.delete("robot/cmd_vel")
+    put_one_by_one(client, inbox, (None, b"x"))
+    assert inbox.waiting == 1
