@@ -115,6 +115,10 @@ def test_zeros_up_to_a_whole_word_may_follow_as_some_writers_pad() -> None:
     assert "expected the end" in refusal(String, encode(String("")) + b"\x00")  # 4 + 4 + 1: not yet a word
 
 
+def test_the_options_in_the_header_say_nothing_that_matters() -> None:
+    assert decode(String, b"\x00\x01\x00\x01" + encode(String("ab"))[4:] + b"\x00") == String("ab")
+
+
 @pytest.mark.parametrize("kind", [b"\x00\x02", b"\x00\x03", b"\x00\x06", b"\x00\x07", b"\x00\x0b", b"\x01\x01"])
 def test_other_encodings_than_plain_cdr_are_refused(kind: bytes) -> None:
     assert f"expected plain CDR, 0000 or 0001, got {kind.hex()}" in refusal(String, kind + encode(String())[2:])
