@@ -103,7 +103,7 @@ def read_status(body: bytes) -> Status:
         heading_counts=heading,
         left_speed=left,
         right_speed=right,
-        battery_dv=tail.pop("precise_battery_dv", battery),
+        battery_dv=tail.pop("precise_battery_dv", 0) or battery,  # who has no voltage reports nothing
         stall_left=bool(rear & 1),
         stall_right=bool(front & 1),
         bumpers_rear=rear >> 1,
