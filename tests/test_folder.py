@@ -46,9 +46,9 @@ def test_messages_come_in_the_order_of_their_stamps(drive: Path) -> None:
     assert len(messages) == 2 * FRAMES
 
 
-def test_a_frame_is_found_again_by_its_stamp(drive: Path) -> None:
+def test_frames_are_named_by_their_files(drive: Path) -> None:
     recording = FolderRecording(drive)
-    assert [recording.frame_index(recording.frame(i).stamp_ns) for i in range(FRAMES)] == list(range(FRAMES))
+    assert (recording.frames, recording.frame_name(2)) == (FRAMES, str(drive / "images" / "000002.jpg"))
 
 
 def test_a_beam_without_return_is_free(drive: Path) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from edgefusion.errors import RefusedError
-from edgefusion.types import Frame, Scan, read_only
+from edgefusion.types import Frame, Scan
 
 SCANS = "scans.npz"
 SUFFIXES = (".jpg", ".jpeg", ".png")
@@ -49,8 +49,8 @@ class FolderRecording:
         self._angle_min, self._angle_increment = float(scans["angle_min"]), float(scans["angle_increment"])
         self._range_min_m = float(scans.get("range_min", 0.0))
         self._range_max_m = float(scans.get("range_max", np.inf))
-        self._scan_ns = read_only(_stamps_ns(scans["stamp"]))
-        self._frame_ns = read_only(_stamps_ns(scans.get("image_stamp", scans["stamp"])))
+        self._scan_ns = _stamps_ns(scans["stamp"])
+        self._frame_ns = _stamps_ns(scans.get("image_stamp", scans["stamp"]))
         self._images = _find_images(path / "images", len(self._frame_ns))
 
     def __len__(self) -> int:
@@ -58,14 +58,9 @@ class FolderRecording:
         return len(self._scan_ns)
 
     @property
-    def scan_stamps_ns(self) -> npt.NDArray[np.int64]:
-        """When the scans were stamped, int64[n], rising."""
-        return self._scan_ns
-
-    @property
-    def frame_stamps_ns(self) -> npt.NDArray[np.int64]:
-        """When the frames were stamped, int64[n], rising."""
-        return self._frame_ns
+    def frames(self) -> int:
+        """How many frames there are."""
+        return len(self._frame_ns)
 
     @property
     def calibration_path(self) -> Path:
@@ -75,9 +70,9 @@ class FolderRecording:
                 return self.path / name
         raise RefusedError(f"{self.path}: expected calibration.toml or calibration.json, found neither")
 
-    def image_path(self, index: int) -> Path:
-        """The file of frame `index`."""
-        return self._images[index]
+    def frame_name(self, index: int) -> str:
+        """What says which frame it is: the file of its image."""
+        return str(self._images[index])
 
     def scan(self, index: int) -> Scan:
         """Scan number `index`."""
@@ -92,11 +87,7 @@ class FolderRecording:
 
     def frame(self, index: int) -> Frame:
         """Frame number `index`. Raises RefusedError for an image that is truncated or no image."""
-        return Frame(int(self._frame_ns[index]), read_image(self.image_path(index)))
-
-    def frame_index(self, stamp_ns: int) -> int:
-        """The number of the frame that the recording stamped so."""
-        return int(np.searchsorted(self._frame_ns, stamp_ns))
+        return Frame(int(self._frame_ns[index]), read_image(self._images[index]))
 
     def messages(self, laser_latency_ns: int = 0, camera_latency_ns: int = 0) -> Iterator[Union[Scan, Frame]]:
         """Scans and frames in the order of their capture, stamped with it; images are read when their turn comes.

@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from edgefusion.tools.arguments import whole_number
+from edgefusion.tools.recording_options import FORMATS, add_recording, open_asked
 
 if TYPE_CHECKING:
     from edgefusion.config import Config
     from edgefusion.perception.classifier import Classifier
 
-EXAMPLES = """examples:
+EXAMPLES = f"""examples:
   edgefusion detect drive --model models/resnet18
   edgefusion detect drive --model models/resnet18 --objects 1 --images --out out/drive
   edgefusion detect drive --model models/resnet18 --find car --find 'traffic light'
+  edgefusion detect drive.mcap --model models/resnet18 --image-topic /camera/image_raw
   edgefusion detect drive --model net.onnx --labels labels.txt --calibration calibration.toml --json
 
-RECORDING is a folder with images/000000.jpg ..., scans.npz and calibration.toml or .json.
+{FORMATS}
 Exit codes: 0 done, 1 failed while running, 2 refused input, 130 interrupted; what was written before stays."""
 
 
@@ -35,7 +37,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("recording", type=Path, metavar="RECORDING", help="folder of a recorded drive")
+    add_recording(parser)
     parser.add_argument("--model", type=Path, required=True, help="model folder, or an .onnx file with --labels")
     parser.add_argument("--labels", type=Path, help="one label per line, for a bare .onnx file")
     parser.add_argument("--calibration", type=Path, help="instead of the recording's own")
@@ -59,16 +61,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Detects in a whole recording. Raises RefusedError."""
     from edgefusion.clock import system_clock
-    from edgefusion.perception.calibration import load_calibration
     from edgefusion.perception.detector import Detector
     from edgefusion.perception.groups import LabelGroups
-    from edgefusion.recording.folder import FolderRecording
+    from edgefusion.tools.recording_calibration import find_calibration
     from edgefusion.tools.results import ResultsFolder, results_path
     from edgefusion.tools.run_recording import detect_all
 
     config = _load_config(args)
-    recording = FolderRecording(args.recording)
-    calibration = load_calibration(args.calibration or recording.calibration_path)
+    recording = open_asked(args)
+    calibration, source = find_calibration(recording, args.calibration)
     classifier = _open_classifier(args)
     groups = LabelGroups.load(args.groups)
     wanted = {label for name in args.find for label in groups.labels_of(name, classifier.labels)}
@@ -76,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     out = results_path(args.out, args.recording.resolve().name, args.overwrite)
     with ResultsFolder(out, args.overwrite) as results:
         tally = detect_all(recording, detector, calibration, config, results, args.images, wanted)
-        summary = {"provider": classifier.provider, **tally.summary(out)}
+        summary = {"provider": classifier.provider, "calibration": source, **tally.summary(out)}
         results.write_summary(summary)
     print(msgspec.json.encode(summary).decode() if args.json else _as_text(summary))
     return 0
@@ -108,6 +109,7 @@ def _as_text(summary: dict[str, Any]) -> str:
         [
             f"{summary['frames']} frames, {summary['detections']} detections on {summary['provider']}",
             f"found:           {found or 'nothing'}",
+            f"calibration:     {summary['calibration']}",
             f"pairing:         {sync}",
             f"median ms:       {stages}",
             f"peak memory:     {summary['peak_memory_mb']} MB",

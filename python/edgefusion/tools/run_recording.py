@@ -20,14 +20,14 @@ from edgefusion.perception.calibration import Calibration
 from edgefusion.perception.clusters import find_clusters
 from edgefusion.perception.detector import Detector, StageTimes
 from edgefusion.perception.sync import Pair, Synchronizer
-from edgefusion.recording.folder import FolderRecording
+from edgefusion.recording.recording import Recording
 from edgefusion.tools.draw import annotate, draw_scan
 from edgefusion.tools.results import ResultsFolder
 from edgefusion.types import Detection, Frame, Scan
 
 
 def detect_all(
-    recording: FolderRecording,
+    recording: Recording,
     detector: Detector,
     calibration: Calibration,
     config: Config,
@@ -41,8 +41,7 @@ def detect_all(
     """
     tally = Tally()
     pairs = CapturedTogether(recording, calibration, config.sync)
-    for pair in tqdm(pairs, total=len(recording), unit="frame", disable=None, file=sys.stderr):
-        index = recording.frame_index(pair.frame.stamp_ns + calibration.camera_latency_ns)
+    for index, pair in tqdm(pairs, total=recording.frames, unit="frame", disable=None, file=sys.stderr):
         _check_size(recording, index, pair.frame, calibration)
         detections = [d for d in detector.detect(pair.scan, pair.frame) if not wanted or d.label in wanted]
         results.write_detections(index, detections)
@@ -58,52 +57,68 @@ def detect_all(
 
 
 class CapturedTogether:
-    """The scans and frames of a recording, paired by when they were captured."""
+    """The scans and frames of a recording, paired by when they were captured; each pair with the frame's number."""
 
-    def __init__(self, recording: FolderRecording, calibration: Calibration, config: SyncConfig) -> None:
+    def __init__(self, recording: Recording, calibration: Calibration, config: SyncConfig) -> None:
         self._recording, self._calibration, self._config = recording, calibration, config
         self._sync = Synchronizer(round(config.tolerance_s * 1e9), round(config.horizon_s * 1e9))
+        self._scans_ns: list[int] = []
+        self._frames_ns: list[int] = []
+        self._numbers: dict[int, int] = {}
 
-    def __iter__(self) -> Iterator[Pair]:
+    def __iter__(self) -> Iterator[tuple[int, Pair]]:
         latencies = self._calibration.laser_latency_ns, self._calibration.camera_latency_ns
         for message in self._recording.messages(*latencies):
-            if isinstance(message, Scan):
-                yield from self._sync.add_scan(message)
-            else:
-                yield from self._sync.add_frame(message)
-        yield from self._sync.flush()
+            yield from self._numbered(self._add(message))
+        yield from self._numbered(self._sync.flush())
+
+    def _add(self, message: Scan | Frame) -> list[Pair]:
+        if isinstance(message, Scan):
+            self._scans_ns.append(message.stamp_ns)
+            return self._sync.add_scan(message)
+        self._numbers.setdefault(message.stamp_ns, len(self._frames_ns))
+        self._frames_ns.append(message.stamp_ns)
+        return self._sync.add_frame(message)
+
+    def _numbered(self, pairs: list[Pair]) -> Iterator[tuple[int, Pair]]:
+        for pair in pairs:
+            yield self._numbers.pop(pair.frame.stamp_ns), pair
 
     def counts(self) -> dict[str, int]:
         """How many scans and frames ended how; those that waited to the end are without partner."""
         counts = Counter(self._sync.counts)
-        for kind in ("scan", "frame"):
+        for kind, came in (("scan", self._scans_ns), ("frame", self._frames_ns)):
             ended = sum(number for name, number in counts.items() if name.startswith(kind))
-            counts[f"{kind} without partner"] += len(self._recording) - ended
+            counts[f"{kind} without partner"] += len(came) - ended
         return {name: number for name, number in sorted(counts.items()) if number}
 
     def check_any(self) -> None:
         """Raises RefusedError where there was not a single pair."""
         if self._sync.counts.get("frame paired"):
             return
+        path = self._recording.path
+        if not self._scans_ns or not self._frames_ns:
+            raise RefusedError(
+                f"{path}: expected scans and frames, found {len(self._scans_ns)} and {len(self._frames_ns)}"
+            )
         raise RefusedError(
-            f"{self._recording.path}: no frame within tolerance_s = {self._config.tolerance_s:g} s of a scan: "
+            f"{path}: no frame within tolerance_s = {self._config.tolerance_s:g} s of a scan: "
             f"the nearest are {self._smallest_difference_ns() / 1e9:g} s apart (stamps less latencies)"
         )
 
     def _smallest_difference_ns(self) -> int:
-        scans_ns = self._recording.scan_stamps_ns - self._calibration.laser_latency_ns
-        frames_ns = self._recording.frame_stamps_ns - self._calibration.camera_latency_ns
+        scans_ns, frames_ns = np.array(sorted(self._scans_ns)), np.array(self._frames_ns)
         after = np.searchsorted(scans_ns, frames_ns)
         around = [scans_ns[np.clip(after + step, 0, len(scans_ns) - 1)] for step in (-1, 0)]
         return int(np.abs(np.stack(around) - frames_ns).min())
 
 
-def _check_size(recording: FolderRecording, index: int, frame: Frame, calibration: Calibration) -> None:
+def _check_size(recording: Recording, index: int, frame: Frame, calibration: Calibration) -> None:
     height, width = frame.image.shape[:2]
     if (width, height) != calibration.image_size:
         expected = "x".join(map(str, calibration.image_size))
         raise RefusedError(
-            f"{recording.image_path(index)}: the calibration is for {expected}, the image is {width}x{height}"
+            f"{recording.frame_name(index)}: the calibration is for {expected}, the image is {width}x{height}"
         )
 
 
