@@ -3,7 +3,7 @@
 """The readers of both wire protocols on what no device sends: random bytes, mutated and cut packets, noisy real ones.
 
 Aims: no exception; at 1 % of wrong bytes at least 99.9 % of the intact packets kept; no stream takes longer to read
-than it takes to arrive on its usual line. A stream that raises is kept beside the table. Exits 1 where one is missed.
+than it takes to arrive on its fastest line. A stream that raises is kept beside the table. Exits 1 where one is missed.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ class Reading:
 class Codec:
     """say: so many packets of a device. body: what a packet says. soup: bytes that mean something to the reader.
 
-    byte_s: what a byte takes on the usual line: a reader that takes longer falls behind.
+    byte_s: what a byte takes on the fastest line: a reader that takes longer falls behind.
     """
 
     name: str
@@ -179,12 +179,12 @@ def _in_metres(payload: bytes, mode: int) -> Tuple[npt.NDArray[np.float32], floa
     return ranges_of(raw, mode), range_max_m(raw, mode)
 
 
-SIP = Codec("SIP", _say_sip, lambda packet: packet[3:-2], _read_sip, b"\xfa\xfb\x03\x06\x30\x32\x20\x00", 10 / 9600)
+SIP = Codec("SIP", _say_sip, lambda packet: packet[3:-2], _read_sip, b"\xfa\xfb\x03\x06\x30\x32\x20\x00", 10 / 115_200)
 LMS = Codec(
     "LMS2xx",
     _say_lms,
     lambda packet: packet[4:-2],
     _read_lms,
     struct.pack("<8B", 2, 0x80, 1, 3, 0xB0, 6, 0, 0x15),
-    10 / 38400,
+    10 / 500_000,
 )
