@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Whether the devices' files are there, may be opened, and are held by nobody."""
+
+from __future__ import annotations
+
+import errno
+import grp
+import os
+import pwd
+import stat
+from pathlib import Path
+from typing import Iterator, List, Tuple
+
+from edgefusion.drivers.camera_open import device_path
+from edgefusion.drivers.port_lock import PortBusyError, PortLock
+from edgefusion.errors import RefusedError
+from edgefusion.tools.doctor_finding import Examination, Finding, State
+from edgefusion.tools.doctor_holders import holders_of
+
+_SERIAL = ("ttyUSB*", "ttyACM*", "ttyTHS*", "ttyS[0-9]*")
+_VIDEO = ("video*",)
+_END_IT = "end that process; where it is a service, `sudo systemctl stop` it"
+_NAMES = "docs/wiring.md says how to give it a name that stays"
+
+
+def check_ports(exam: Examination) -> Iterator[Finding]:
+    """Of robot, laser and camera; what cannot be used is not asked by the checks after this one."""
+    for name, port in _ports(exam):
+        text, cure = _serial_problem(port, exam.lock_folder)
+        if text:
+            exam.unusable.add(port)
+            yield Finding("ports", State.FAILED, f"{name}: {port}: {text}", cure)
+        else:
+            yield Finding("ports", State.OK, f"{name}: {_with_target(port)}")
+    camera = device_path(exam.config.camera) if exam.runs("vision") and exam.config.camera.is_v4l2 else None
+    if camera is not None:
+        text, cure = _device_problem(camera, _VIDEO)
+        if not text:
+            text, cure = _held(camera)
+        if text:
+            exam.unusable.add(str(camera))
+            yield Finding("ports", State.FAILED, f"camera: {camera}: {text}", cure)
+        else:
+            yield Finding("ports", State.OK, f"camera: {_with_target(str(camera))}")
+
+
+def _ports(exam: Examination) -> List[Tuple[str, str]]:
+    config = exam.config
+    return [("robot", config.robot.port), ("laser", config.laser.port)] if exam.runs("base") else []
+
+
+def _serial_problem(port: str, lock_folder: Path | None) -> Tuple[str, str]:
+    """What is wrong and what to do; empty where nothing is."""
+    if "://" in port:
+        return "", ""
+    text, cure = _device_problem(Path(port), _SERIAL)
+    if text:
+        return text, cure
+    lock = PortLock(port, "edgefusion doctor", lock_folder)
+    try:
+        lock.acquire()
+        return _terminal_problem(port)
+    except PortBusyError as error:
+        return str(error).partition(": ")[2], _END_IT
+    except RefusedError as error:
+        return str(error), "let this user write that file, or remove it"
+    finally:
+        lock.release()
+
+
+def _terminal_problem(port: str) -> Tuple[str, str]:
+    try:
+        file = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    except OSError as error:
+        if error.errno != errno.EBUSY:
+            return f"cannot be opened: {error.strerror}", f"look into `dmesg`; {_NAMES}"
+        return f"held by {', '.join(holders_of(Path(port))) or 'a process of another user'}", _END_IT
+    try:
+        if not os.isatty(file):
+            return "expected a serial port, got another device", _there(_SERIAL)
+    finally:
+        os.close(file)
+    return _held(Path(port))
+
+
+def _held(path: Path) -> Tuple[str, str]:
+    holders = holders_of(path)
+    return (f"held by {', '.join(holders)}", _END_IT) if holders else ("", "")
+
+
+def _device_problem(path: Path, patterns: Tuple[str, ...]) -> Tuple[str, str]:
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        return "not there", _there(patterns)
+    except OSError as error:
+        return f"cannot be looked at: {error.strerror}", _there(patterns)
+    if not stat.S_ISCHR(status.st_mode):
+        return "expected a device, got a file or a folder", _there(patterns)
+    if not os.access(path, os.R_OK | os.W_OK):
+        return _forbidden(status.st_gid)
+    return "", ""
+
+
+def _forbidden(group_id: int) -> Tuple[str, str]:
+    """Of a device of that group, which this process may not open."""
+    user = pwd.getpwuid(os.geteuid()).pw_name
+    group = grp.getgrgid(group_id)
+    text = f"{user} may not open it: it belongs to the group {group.gr_name}"
+    if user in group.gr_mem and group_id not in os.getgroups():
+        return text, f"log in again: {user} is in the group {group.gr_name} only since this login"
+    return text, f"`sudo usermod -aG {group.gr_name} {user}`, and log in again"
+
+
+def _there(patterns: Tuple[str, ...]) -> str:
+    found = sorted(str(path) for pattern in patterns for path in Path("/dev").glob(pattern))
+    if not found:
+        return "plug it in and switch it on: no such device is there; `dmesg` says why"
+    return f"there are {', '.join(found)}; {_NAMES}"
+
+
+def _with_target(port: str) -> str:
+    target = port if "://" in port else os.path.realpath(port)
+    return port if target == port else f"{port} -> {target}"
