@@ -38,8 +38,8 @@ ROOM = np.array([[3, -3, 3, 3], [3, 3, -3, 3], [-3, 3, -3, -3], [-3, -3, 3, -3]]
 
 
 @contextmanager
-def scanner(**how):
-    """A simulated scanner in a room of 6 m, on a port."""
+def scanner(fault: str = "laser=stuck", **how):
+    """A simulated scanner in a room of 6 m, on a port; the event injects the fault."""
     rng = np.random.default_rng(0)
 
     def scan_at(stamp_ns: int, spec: LaserSpec) -> Scan:
@@ -54,7 +54,7 @@ def scanner(**how):
         while not over.is_set():
             if stuck.is_set() and not is_stuck:
                 is_stuck = True
-                server.replace(0, FaultyWire(device, LMS, parse_fault("laser=stuck"), rng, time.monotonic_ns()))
+                server.replace(0, FaultyWire(device, LMS, parse_fault(fault), rng, time.monotonic_ns()))
             server.pump(time.monotonic_ns())
             over.wait(0.002)
 
@@ -129,6 +129,22 @@ def test_scans_that_are_not_to_be_believed_are_not_shown_and_it_says_why() -> No
             process.terminate()
             process.stdout.read()
     assert first["health"] == "ok" and said.startswith("health:  failed: ") and process.returncode == 0
+
+
+def test_a_scanner_that_was_lost_is_found_again_and_both_are_said() -> None:
+    command = [sys.executable, "-m", "edgefusion.cli", "laser", "--json", "--baudrate", "500000"]
+    with scanner("laser=off@0+0.5") as (port, off):
+        process = subprocess.Popen([*command, port], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        with process:
+            before = json.loads(process.stdout.readline())
+            off.set()
+            said = [process.stderr.readline() for _ in range(2)]
+            stamps = (json.loads(line)["stamp_ns"] for line in process.stdout)
+            assert next(stamp for stamp in stamps if stamp > before["stamp_ns"] + 500_000_000)
+            process.terminate()
+            process.stdout.read()
+    assert said[0].startswith(f"health:  failed: {port}: nothing came for") and said[1] == "health:  ok\n"
+    assert process.returncode == 0
 
 
 def in_terminal(*options: object, columns: int, rows: int) -> str:

@@ -20,7 +20,8 @@ EXAMPLES = """examples:
   edgefusion laser /dev/ttyUSB1 --once --png scan.png
   edgefusion laser /dev/ttyUSB1 --json --seconds 10 > scans.jsonl
 
-In a terminal the scan is drawn anew twice a second, the scanner at the bottom, looking up; Ctrl-C ends it.
+In a terminal the scan is drawn anew twice a second, the scanner at the bottom, looking up; Ctrl-C ends it. A scanner
+that is lost is searched again.
 Exit codes: 0 done, 1 no scanner, or not the one scan, 2 refused, as a port that another process holds,
 130 interrupted."""
 
@@ -63,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
         with ended_by_signals():
             laser.start()
             shown.begin(laser, link.baudrate)
-            watch(laser, shown, 1 if args.once else None, args.seconds, time.monotonic)
+            watch(laser, shown, args.once, args.seconds, time.monotonic_ns)
     except LinkError as error:
         raise RuntimeError(str(error)) from error
     finally:

@@ -9,17 +9,20 @@ import math
 import re
 import shutil
 import sys
+import time
 from pathlib import Path
-from typing import Callable
 
 import numpy as np
 
+from edgefusion.clock import Clock
+from edgefusion.drivers.backoff import Backoff
+from edgefusion.drivers.link import LinkError
 from edgefusion.drivers.lms2xx import Lms2xx
 from edgefusion.tools.scan_plot import ROWS, scan_lines, scan_picture
 from edgefusion.tools.terminal import Screen
 from edgefusion.types import Scan
 
-_REDRAWN_S = 0.5
+_REDRAWN_NS, _PAUSE_S = 500_000_000, 0.01
 _UNITS = {0: "cm", 1: "mm"}
 
 
@@ -35,7 +38,7 @@ class LaserWatch:
         self._first_ns = 0
         self._count = 0
         self._screen = Screen(sys.stdout)
-        self._drawn_s = -math.inf
+        self._drawn_ns = -_REDRAWN_NS
         self._said = ""
 
     def begin(self, laser: Lms2xx, baudrate: int) -> None:
@@ -61,22 +64,22 @@ class LaserWatch:
         if self._json:
             print(_as_json(scan, laser), flush=True)
 
-    def tell(self, laser: Lms2xx, now_s: float) -> None:
+    def tell(self, laser: Lms2xx, now_ns: int) -> None:
         """How it is: with the plot, drawn anew now and then, or as a line when it changes."""
-        said = _said(laser)
+        before, self._said = self._said, _said(laser)
+        changed = _wordy(self._said) != _wordy(before)
         if not self._live:
-            if _wordy(said) != _wordy(self._said):
-                print(f"health:  {said}", file=sys.stderr, flush=True)
-            self._said = said
-        elif self._last is not None and now_s - self._drawn_s >= _REDRAWN_S:
-            self._drawn_s = now_s
-            self._screen.show([*scan_lines(self._last, _rows()), f"{self._summary()}; {said}"])
+            if changed:
+                print(f"health:  {self._said}", file=sys.stderr, flush=True)
+        elif self._last is not None and (changed or now_ns - self._drawn_ns >= _REDRAWN_NS):
+            self._drawn_ns = now_ns
+            self._screen.show([*scan_lines(self._last, _rows()), f"{self._summary()}; {self._said}"])
 
     def end(self) -> None:
         """What there was in all. The picture, where one is wanted."""
         if self._last is None:
             return
-        if self._live and self._drawn_s == -math.inf:
+        if self._live and self._drawn_ns < 0:
             print("\n".join(scan_lines(self._last, _rows())))
         if self._png is not None:
             scan_picture(self._last, self._png)
@@ -106,19 +109,35 @@ class LaserWatch:
         return f"scans:   {self._count}, {rate}{len(seen)} beams: {free} free, {unknown} unknown, {nearest}"
 
 
-def watch(laser: Lms2xx, shown: LaserWatch, scans: int | None, seconds: float, clock: Callable[[], float]) -> None:
-    """Until so many scans have come, or so long has passed. Raises LinkError."""
-    begin_s = clock()
-    while True:
-        for scan in laser.read():
-            shown.show(scan, laser)
-            if scans is not None:
-                scans -= 1
-                if scans == 0:
+def watch(laser: Lms2xx, shown: LaserWatch, once: bool, seconds: float, clock: Clock) -> None:
+    """Until so long has passed, or once there was a scan; a scanner that was lost is searched again.
+
+    Raises RefusedError; LinkError where it is lost before the one scan.
+    """
+    end_ns, backoff = clock() + seconds * 1e9, Backoff()
+    while clock() < end_ns:
+        try:
+            for scan in _scans(laser, backoff.due(clock())):
+                backoff.reset()
+                shown.show(scan, laser)
+                if once:
                     return
+        except LinkError:
+            if once:
+                raise
+            backoff.failed(clock())
         shown.tell(laser, clock())
-        if clock() - begin_s >= seconds:
-            return
+
+
+def _scans(laser: Lms2xx, may_start: bool) -> list[Scan]:
+    """What came within some 20 ms; a search takes seconds."""
+    if laser.status is not None:
+        return laser.read()
+    if may_start:
+        laser.start()
+    else:
+        time.sleep(_PAUSE_S)
+    return []
 
 
 def _rows() -> int:
