@@ -105,6 +105,19 @@ def test_portions_give_the_same_to_the_last_bit(seed: int, cells: int) -> None:
         assert portions.descent(x, y) == whole.descent(x, y)
 
 
+def test_on_a_large_map_the_costs_take_few_of_the_portions() -> None:
+    map_ = map_with(EMPTY, 0.05, (-22.0, -22.0), (22.0, 22.0))
+    columns, rows = map_.window[2:]
+    assert columns * rows > 1_000_000
+    function, portion = NavigationFunction(BLOCKED_M, 0.7, 4.0), 50_000
+    function.begin(map_, 22.0, 22.0, 0.05, -22.0, -22.0)
+    portions = 1
+    while not function.advance(map_, portion):
+        portions += 1
+    assert portions <= 12 + columns * rows / portion  # the cells are marched through one portion at a time
+    assert function.value(-22.0, -22.0) == pytest.approx(44 * math.sqrt(2), rel=0.01)
+
+
 def test_the_last_one_stays_in_use_until_the_next_is_done() -> None:
     map_ = map_with(EMPTY, CELL_M)
     function = computed(map_, (0.0, 0.0), (3.0, 0.0))

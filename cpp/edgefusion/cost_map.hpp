@@ -24,6 +24,9 @@ class CostMap {
   /// Throws std::invalid_argument for a cost that is not finite or below 0, and comfort not above blocked.
   explicit CostMap(const WayCost& cost);
 
+  /// How often it goes over all cells until it is done.
+  static constexpr std::size_t kSweeps = 2;
+
   /// Begins anew, for the map's window.
   void begin(const ObstacleMap& map);
 

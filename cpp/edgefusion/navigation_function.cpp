@@ -14,6 +14,9 @@ namespace {
 
 // The marching goes on so far behind the base, for the ways that it may take from there [m].
 constexpr float kBehindBase = 1.0f;
+// However large the map is, its costs are swept in about so many calls: a cell of theirs takes a sixteenth of the time
+// that marching through it takes.
+constexpr std::size_t kCostCalls = 10;
 
 }  // namespace
 
@@ -46,7 +49,8 @@ bool NavigationFunction::advance(const ObstacleMap& map, std::size_t cells) {
   if (stage_ == Stage::kIdle) return false;
   if (!(next_.window == map.window())) restart(map);
   if (stage_ == Stage::kCosts) {
-    cells -= std::min(cells, costs_.advance(map, cells));
+    const std::size_t swept = std::max(cells, CostMap::kSweeps * next_.window.size() / kCostCalls);
+    cells -= std::min(cells, costs_.advance(map, swept));
     if (costs_.done()) seed();
   }
   if (stage_ == Stage::kMarch) march(cells);

@@ -28,8 +28,8 @@ class NavigationFunction {
   /// Throws std::invalid_argument for coordinates beyond 100 km and a tolerance below 0.
   void begin(const ObstacleMap& map, double goal_x, double goal_y, double tolerance, double x, double y);
 
-  /// Does so many cells' work of what was begun; true when it is done, and in use. The map may have been changed
-  /// meanwhile, but where its window has, it is begun anew with the same goal.
+  /// Does so many cells' work of what was begun, on large maps more as long as that is quick; true when it is done, and
+  /// in use. The map may have been changed meanwhile, but where its window has, it is begun anew with the same goal.
   bool advance(const ObstacleMap& map, std::size_t cells);
 
   bool running() const { return stage_ != Stage::kIdle; }
