@@ -104,6 +104,6 @@ def _yield_to_others(pid: int, spec: ChildSpec) -> None:
     """Without privileges a process can only be made to yield more. One that died at once needs not."""
     with suppress(OSError):
         if spec.nice:
-            os.setpriority(os.PRIO_PROCESS, pid, spec.nice)
+            os.setpriority(os.PRIO_PROCESS, pid, os.getpriority(os.PRIO_PROCESS, 0) + spec.nice)
         if spec.oom_score_adj:
             Path(f"/proc/{pid}/oom_score_adj").write_text(str(spec.oom_score_adj))

@@ -23,8 +23,8 @@ class ChildSpec:
     """start_s: from its start to its first beat; silence_s: between two beats; for longer, and it is killed.
 
     give_up: None: it is started again for ever. required: all ends where it is given up. drives: a robot, which is to
-    be stopped whenever it dies. nice: 0 to 19, for what may wait. oom_score_adj: 0 to 1000, for what is to be killed
-    first when memory runs out.
+    be stopped whenever it dies. nice: so much nicer than the supervisor, for what may wait. oom_score_adj: 0 to 1000,
+    for what is to be killed first when memory runs out.
     """
 
     name: str

@@ -37,12 +37,17 @@ class RobotLine:
 
 
 def robot_line(status: Mapping[str, Any]) -> RobotLine | None:
-    """As a process says it in its beats; None where it names no port. Raises RefusedError for what is no line."""
+    """As a process says it in its beats; None where it names no port. A network has no speed.
+
+    Raises RefusedError for what is no line.
+    """
     port, baudrate = status.get("port"), status.get("baudrate")
     if port is None:
         return None
     if not isinstance(port, str) or not port:
         raise RefusedError(f"port: expected the name of a port, got {port!r}")
+    if "://" in port:
+        return RobotLine(port, HOST_BAUDS[0])
     if baudrate not in HOST_BAUDS:
         raise RefusedError(f"baudrate: expected one of {', '.join(map(str, HOST_BAUDS))}, got {baudrate!r}")
     return RobotLine(port, int(baudrate))
@@ -68,6 +73,8 @@ def stop_robot(
         for baudrate in _speeds(line, where.baudrate):
             if _stops(line, baudrate, deadline_ns):
                 return baudrate
+            if clock() >= deadline_ns:
+                break
     except LinkError as error:
         raise RuntimeError(str(error)) from error
     finally:
@@ -96,12 +103,10 @@ def _speeds(line: PioneerLine, known: int) -> Iterable[int]:
 def _stops(line: PioneerLine, baudrate: int, deadline_ns: int) -> bool:
     """Whether it reports after it was told. Told once more then: the first may have been swallowed by a packet that was
     cut off when its sender died."""
-    left_s = (deadline_ns - line.clock()) / 1e9
-    if left_s <= 0:
-        return False
     if baudrate != line.link.baudrate:
         line.switch(baudrate)
     line.send(*STOP)
+    left_s = (deadline_ns - line.clock()) / 1e9
     if line.first(_is_status, min(_ANSWER_S, left_s)) is None:
         return False
     line.send(*STOP)
