@@ -68,6 +68,11 @@ class CommandPublisher:
         self._publisher = _declare(session, robot, topic)
         self._tagger, self._ttl_ms = tagger, ttl_ms
 
+    @property
+    def heard(self) -> bool:
+        """Whether somebody listens whom these keys may command."""
+        return bool(self._publisher.matching_status.matching)
+
     def put(self, message: Message) -> None:
         """Raises WireError for a message that cannot be written."""
         self._publisher.put(encode(message), attachment=self._tagger.command(self._ttl_ms))

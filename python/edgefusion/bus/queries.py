@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from typing import Callable, Generic, Optional, Type, TypeVar
 
 import msgspec
@@ -21,6 +22,9 @@ from edgefusion.errors import RefusedError
 log = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=msgspec.Struct)
+
+AGAIN_S = 0.1
+"""After so long a request that nobody answered is sent again: the router drops what comes too fast."""
 
 
 class Service(Generic[R]):
@@ -49,10 +53,11 @@ class Service(Generic[R]):
 
     def _take(self, query: zenoh.Query) -> None:
         now_ns = self._clock()
-        payload = b"" if query.payload is None else query.payload.to_bytes()
-        attachment = None if query.attachment is None else query.attachment.to_bytes()
-        answer = self._answer(now_ns, payload, attachment)
-        query.reply(self._key, msgspec.json.encode(answer), encoding=zenoh.Encoding.APPLICATION_JSON)
+        with query:  # whose end tells the asker that nothing more comes
+            payload = b"" if query.payload is None else query.payload.to_bytes()
+            attachment = None if query.attachment is None else query.attachment.to_bytes()
+            answer = msgspec.structs.replace(self._answer(now_ns, payload, attachment), stamp_ns=self._clock())
+            query.reply(self._key, msgspec.json.encode(answer), encoding=zenoh.Encoding.APPLICATION_JSON)
 
     def _answer(self, now_ns: int, payload: bytes, attachment: Optional[bytes]) -> Answer:
         refusal = self.freshness.judge(now_ns, now_ns, len(payload), attachment)
@@ -73,24 +78,37 @@ class Service(Generic[R]):
         return Answer(True)
 
 
-def ask(session: zenoh.Session, key: str, request: msgspec.Struct, tagger: Tagger, timeout_s: float = 2.0) -> None:
-    """Returns when the robot has accepted the request.
+def ask(session: zenoh.Session, key: str, request: msgspec.Struct, tagger: Tagger, timeout_s: float = 2.0) -> Answer:
+    """The answer of a robot that has accepted the request.
 
-    Raises RefusedError with the reason where it has not, UnreachableError where nobody answers.
+    Where nobody answers it is sent again, under the same number, by which the robot does it once at most.
+    Raises RefusedError with the reason where it was not accepted, UnreachableError where nobody answers in time.
     """
+    payload, tag = msgspec.json.encode(request), tagger.command(max(1, round(timeout_s * 1e3)))
+    end_s = time.monotonic() + timeout_s
+    while True:
+        answer = _ask_once(session, key, payload, tag, max(0.01, end_s - time.monotonic()))
+        if answer is not None:
+            break
+        if time.monotonic() + AGAIN_S > end_s:
+            raise UnreachableError(f"{key}: nobody answered: is the base running, and may these keys command?")
+        time.sleep(AGAIN_S)
+    if not answer.accepted:
+        raise RefusedError(f"{key}: refused: {answer.reason}")
+    return answer
+
+
+def _ask_once(session: zenoh.Session, key: str, payload: bytes, tag: bytes, timeout_s: float) -> Optional[Answer]:
     replies = session.get(
         key,
-        payload=msgspec.json.encode(request),
+        payload=payload,
         encoding=zenoh.Encoding.APPLICATION_JSON,
-        attachment=tagger.command(max(1, round(timeout_s * 1e3))),
+        attachment=tag,
         timeout=timeout_s,
         priority=zenoh.Priority.REAL_TIME,
         express=True,
     )
     for reply in replies:
         if reply.ok is not None:
-            answer = read_json(Answer, reply.ok.payload.to_bytes())
-            if not answer.accepted:
-                raise RefusedError(f"{key}: refused: {answer.reason}")
-            return
-    raise UnreachableError(f"{key}: nobody answered: is the base running, and may these keys command?")
+            return read_json(Answer, reply.ok.payload.to_bytes())
+    return None

@@ -66,10 +66,11 @@ class InspectRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
 
 
 class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
-    """reason: why it was refused."""
+    """reason: why it was refused. stamp_ns: when it was answered, by the robot's monotonic clock."""
 
     accepted: bool
     reason: str = ""
+    stamp_ns: int = 0
 
 
 R = TypeVar("R", bound=msgspec.Struct)

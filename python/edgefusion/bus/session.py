@@ -26,6 +26,12 @@ class Declared(Protocol):
     def undeclare(self) -> object: ...
 
 
+class Closable(Protocol):
+    """A session of Zenoh's."""
+
+    def close(self) -> object: ...
+
+
 class UnreachableError(ConnectionError):
     """The bus, or who should answer on it, is not there; one line says what was tried and what to look at."""
 

@@ -45,7 +45,7 @@ class Subscriber:
         wake: Callable[[], None] = nobody,
         clock: Clock = system_clock,
     ) -> None:
-        self._clock, self._wake = clock, wake
+        self.key, self._clock, self._wake = key, clock, wake
         self._ring: Deque[Received] = deque(maxlen=newest)
         self._news = threading.Condition()
         self.received = self.dropped = 0

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""`edgefusion.connect`: what a laptop reads of a robot, and what it can tell it to do."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from contextlib import ExitStack
+from itertools import islice
+from typing import Any, Iterator, List
+
+import msgspec
+import numpy as np
+import pytest
+
+import edgefusion
+from bus_lab import Lab, until
+from edgefusion.bus import topics
+from edgefusion.bus.client import Errand, Robot
+from edgefusion.bus.freshness import CommandLimits, Freshness
+from edgefusion.bus.inbox import Inbox
+from edgefusion.bus.liveliness import declare_alive
+from edgefusion.bus.publisher import Publisher
+from edgefusion.bus.queries import Service
+from edgefusion.bus.requests import GoalRequest, GotoRequest, InspectRequest, ResumeRequest, StopRequest
+from edgefusion.bus.session import UnreachableError
+from edgefusion.bus.tags import Tagger
+from edgefusion.bus.topics import Topic
+from edgefusion.errors import RefusedError
+from edgefusion.messages import Message
+from edgefusion.messages.from_battery import from_battery
+from edgefusion.messages.from_detections_detail import from_detections_detail
+from edgefusion.messages.from_healths import from_healths
+from edgefusion.messages.from_mission import from_mission
+from edgefusion.messages.mission_report import MissionReport
+from edgefusion.messages.stamps import Stamper
+from edgefusion.messages.to_cmd_vel import to_cmd_vel
+from edgefusion.types import ClassScore, Cluster, Detection, Health, HealthState, Twist2D, Vote
+
+LIMITS = CommandLimits(4096, 1e6, burst=100_000)
+STAMPER = Stamper(1_700_000_000_000_000_000)
+BEST = ClassScore(3, "oscilloscope", 0.9)
+REQUESTS = {"mission/goto": GotoRequest, "stop": StopRequest, "resume": ResumeRequest, "inspect": InspectRequest}
+
+
+def detection(stamp_ns: int, range_m: float = 2.0) -> Detection:
+    return Detection(
+        stamp_ns, 3, "oscilloscope", "instrument", 0.9, 0.4, (1, 2, 30, 40), range_m, 0.02, 0.1, (range_m, 0.2),
+        Vote((BEST,), 0, 0.4, ((BEST,),)), ((1, 2, 30, 40),), Cluster(np.array([4, 5]), range_m, 0.1, 0.3), 5,
+    )  # fmt: skip
+
+
+class Base:
+    """The robot's end of the bus: what it was asked is in `asked`; it refuses with `refusal`."""
+
+    def __init__(self, lab: Lab) -> None:
+        self.session, self.asked, self.refusal = lab.member(), [], ""
+        self._publishers = {}
+        self._services = [
+            Service(self.session, f"robot/{name}", kind, self._answer, Freshness(LIMITS), clock=lambda: 1000)
+            for name, kind in REQUESTS.items()
+        ]
+
+    def say(self, topic: Topic, message: Message) -> None:
+        publisher = self._publishers.get(topic)
+        if publisher is None:
+            publisher = self._publishers[topic] = Publisher(self.session, "robot", topic, Tagger(), "boot")
+            until(lambda: publisher.wanted(time.monotonic_ns()))
+        publisher.put(message, 0)
+
+    def _answer(self, request: Any) -> None:
+        if self.refusal:
+            raise RefusedError(self.refusal)
+        self.asked.append(request)
+
+
+@pytest.fixture
+def lab() -> Iterator[Lab]:
+    with ExitStack() as stack:
+        lab = Lab(stack)
+        lab.router()
+        yield lab
+
+
+@pytest.fixture
+def base(lab: Lab) -> Base:
+    return Base(lab)
+
+
+@pytest.fixture
+def robot(lab: Lab, base: Base) -> Iterator[Robot]:
+    with edgefusion.connect(lab.tcp) as robot:
+        yield robot
+
+
+def report(stamp_ns: int, state: Any, goal_id: str = "") -> MissionReport:
+    return MissionReport(stamp_ns=stamp_ns, state=state, goal_id=goal_id)
+
+
+def test_detections_come_as_the_robot_has_seen_them(base: Base, robot: Robot) -> None:
+    seen = robot.detections(timeout_s=5)
+    base.say(topics.DETECTIONS_DETAIL, from_detections_detail(7, [detection(7, 2.0), detection(7, 3.0)]))
+    base.say(topics.DETECTIONS_DETAIL, from_detections_detail(8, []))
+    base.say(topics.DETECTIONS_DETAIL, from_detections_detail(9, [detection(9, 4.0)]))
+    found = list(islice(seen, 3))
+    assert [(each.stamp_ns, each.distance_m) for each in found] == [(7, 2.0), (7, 3.0), (9, 4.0)]
+    assert found[0].vote == detection(7).vote
+    assert found[0].cluster.indices.tolist() == [4, 5]
+
+
+def test_a_frame_without_an_object_is_a_frame_too(base: Base, robot: Robot) -> None:
+    frames = robot.frames(timeout_s=5)
+    base.say(topics.DETECTIONS_DETAIL, from_detections_detail(8, []))
+    assert next(frames) == (8, ())
+
+
+def test_silence_is_said_after_the_time_that_was_given(robot: Robot) -> None:
+    with pytest.raises(UnreachableError, match="nothing came for"):
+        next(robot.detections(timeout_s=0.05))
+
+
+def test_who_waits_is_let_go_when_the_robot_is_closed(lab: Lab, base: Base) -> None:
+    robot, ended = edgefusion.connect(lab.tcp), threading.Event()
+    threading.Thread(target=lambda: (list(robot.detections()), ended.set()), daemon=True).start()
+    time.sleep(0.05)
+    robot.close()
+    assert ended.wait(5)
+
+
+def test_the_status_is_what_the_robot_said_last(base: Base, robot: Robot) -> None:
+    assert robot.status == (None, None, (), None, frozenset())
+    token = declare_alive(base.session, "robot", "base")
+    base.say(topics.MISSION, from_mission(report(1, "driving", "a")))
+    base.say(topics.MISSION, from_mission(report(2, "arrived")))
+    base.say(topics.BATTERY, from_battery(1, 12.5, STAMPER))
+    camera = Health("camera", HealthState.FAILED, "unplugged")
+    base.say(topics.DIAGNOSTICS, from_healths(1, [camera], STAMPER))
+    until(lambda: robot.status.mission == report(2, "arrived") and robot.status.healths and robot.status.battery)
+    until(lambda: robot.status.alive)
+    status = robot.status
+    assert status.battery is not None and status.age_s is not None
+    assert [each.health for each in status.healths] == [camera]
+    assert (status.battery.voltage_v, status.alive) == (12.5, {"base"})
+    assert 0 <= status.age_s < 60
+    token.undeclare()
+
+
+def test_goto_gives_what_the_robot_has_accepted(base: Base, robot: Robot) -> None:
+    errand = robot.goto(5, 5.5, 0.26, inspect=["oscilloscope"])
+    (request,) = base.asked
+    assert request == GotoRequest((GoalRequest(5, 5.5, 0.26, id=errand.goal_ids[0]),), ("oscilloscope",))
+    assert errand.since_ns == 1000
+    again = robot.goto_all([GoalRequest(1, 2, id="mine"), GoalRequest(3, 4, frame="base_link")])
+    assert again.goal_ids[0] == "mine"
+    assert len({*errand.goal_ids, *again.goal_ids}) == 3
+
+
+def test_a_refusal_is_raised_with_its_reason(base: Base, robot: Robot) -> None:
+    base.refusal = "robot: the battery is low: 11.2 V"
+    with pytest.raises(RefusedError, match=r"mission/goto: refused: robot: the battery is low: 11\.2 V"):
+        robot.goto(5, 5)
+
+
+def test_what_makes_no_sense_is_refused_before_it_is_sent(base: Base, robot: Robot) -> None:
+    with pytest.raises(RefusedError, match="x_m"):
+        robot.goto(float("inf"), 5)
+    with pytest.raises(RefusedError, match="mission/goto"):
+        robot.goto_all([])
+    with pytest.raises(RefusedError, match="reason"):
+        robot.stop("x" * 201)
+    assert not base.asked
+
+
+def test_stop_resume_and_inspect_are_asked_of_the_robot(base: Base, robot: Robot) -> None:
+    robot.stop("a cat", cancel=True)
+    robot.resume()
+    robot.inspect(["oscilloscope"])
+    assert base.asked == [StopRequest("a cat", True), ResumeRequest(), InspectRequest(("oscilloscope",))]
+
+
+def test_without_a_base_nobody_answers(lab: Lab) -> None:
+    with edgefusion.connect(lab.tcp) as robot:
+        for command in (robot.stop, lambda: robot.drive(Twist2D(0.1))):
+            with pytest.raises(UnreachableError, match="is the base running"):
+                command()
+
+
+@pytest.mark.parametrize(
+    ("said", "given"),
+    [
+        (["driving", "inspecting", "stopped", "driving", "arrived"], 5),
+        (["driving", "blocked", "blocked"], 2),
+        (["driving", "idle", "idle"], 2),
+    ],
+)
+def test_progress_ends_when_the_mission_does(base: Base, robot: Robot, said: List[Any], given: int) -> None:
+    base.say(topics.MISSION, from_mission(report(998, "arrived")))
+    progress = robot.progress(Errand(("a",), 1000))
+    base.say(topics.MISSION, from_mission(report(999, "arrived")))  # it is of what was before
+    for number, state in enumerate(said):
+        goal_id = "a" if state not in ("arrived", "idle", "blocked") else ""
+        base.say(topics.MISSION, from_mission(report(1000 + number, state, goal_id)))
+    assert [each.state for each in progress] == said[:given]
+
+
+def test_progress_ends_when_somebody_gives_other_goals(base: Base, robot: Robot) -> None:
+    base.say(topics.MISSION, from_mission(report(0, "driving", "a")))
+    progress = robot.progress(Errand(("a",), 1))
+    for goal_id in ("a", "b", "b"):
+        base.say(topics.MISSION, from_mission(report(1, "driving", goal_id)))
+    assert [each.goal_id for each in progress] == ["a", "b"]
+
+
+def test_drive_commands_a_velocity_that_counts(base: Base, robot: Robot) -> None:
+    inbox = Inbox(base.session, "robot", topics.CMD_VEL, to_cmd_vel, Freshness(LIMITS))
+    until(lambda: driven(robot, Twist2D(0.2, -0.1)))
+    until(lambda: inbox.waiting)
+    (_, twist), *_ = inbox.take(time.monotonic_ns())
+    assert twist == Twist2D(0.2, -0.1)
+
+
+def driven(robot: Robot, twist: Twist2D) -> bool:
+    try:
+        robot.drive(twist)
+    except UnreachableError:
+        return False
+    return True
+
+
+def test_attending_beats_until_it_ends(base: Base, robot: Robot) -> None:
+    inbox = Inbox(base.session, "robot", topics.HEARTBEAT, lambda message: message.data, Freshness(LIMITS))
+    with robot.attend():
+        until(lambda: inbox.waiting >= 3)
+    time.sleep(0.05)
+    inbox.take(0)
+    time.sleep(0.3)
+    assert inbox.take(0) == []
+
+
+def test_the_laptops_part_loads_neither_the_core_nor_the_runtime() -> None:
+    code = (
+        "import sys, edgefusion; assert 'zenoh' not in sys.modules; edgefusion.connect; import edgefusion.bus.router; "
+        "print([m for m in ('edgefusion._core', 'onnxruntime', 'cv2', 'cryptography') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_requests_and_answers_are_strict_json() -> None:
+    with pytest.raises(msgspec.ValidationError):
+        msgspec.json.decode(b'{"goals":[{"x_m":1,"y_m":2,"z_m":3}]}', type=GotoRequest)
