@@ -18,16 +18,23 @@ from edgefusion.types import HealthState
 from supervised import BASE, BUS, LINE, REQUIRED_VISION, VISION, S, Supervised
 
 
-def test_all_are_started_at_once_and_it_is_ready_when_all_have_shown_that_they_live() -> None:
+def test_all_are_started_at_once_and_it_is_ready_when_all_that_it_needs_have_shown_that_they_live() -> None:
     made = Supervised()
     assert made.up == ["bus", "base", "vision"]
     assert {health.state for health in made.supervision.healths()} == {HealthState.STARTING}
-    made.silent = {"vision"}
+    made.silent = {"base", "vision"}
     made.run(1)
     assert not made.supervision.ready
-    assert made.supervision.in_words() == "bus ok; base ok; vision starting: starts"
-    made.silent = set()
+    assert made.supervision.in_words() == "bus ok; base starting: starts; vision starting: starts"
+    made.silent = {"vision"}
     made.turn()
+    assert made.supervision.ready
+
+
+def test_once_ready_it_stays_so() -> None:
+    made = Supervised()
+    made.run(1)
+    made.die("base")
     assert made.supervision.ready
 
 
@@ -161,7 +168,6 @@ def test_vision_is_given_up_after_five_failures_in_a_minute_and_the_rest_goes_on
     assert made.up == ["bus", "base"] and not made.since(given_up_s)
     assert made.health("vision").state is HealthState.FAILED
     assert made.health("vision").reason == "given up after 5 failures: killed by SIGSEGV"
-    assert made.supervision.ready
 
 
 def test_failures_that_are_a_minute_apart_do_not_add_up() -> None:

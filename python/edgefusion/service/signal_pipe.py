@@ -37,9 +37,9 @@ class SignalPipe:
         for number, handler in self._before.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(self._before_fd)
+        writer, self._writer = self._writer, -1
+        os.close(writer)
         os.close(self._reader)
-        os.close(self._writer)
-        self._writer = -1
 
     def fileno(self) -> int:
         return self._reader

@@ -50,8 +50,8 @@ class Supervision:
 
     @property
     def ready(self) -> bool:
-        """Whether all children have shown that they live, or are done without."""
-        return all(child.lived or child.state is State.GIVEN_UP for child in self._children.values())
+        """Whether all children that are required have shown that they live."""
+        return all(child.lived or not child.spec.required for child in self._children.values())
 
     def healths(self) -> Tuple[Health, ...]:
         """Of all children, in their order."""
