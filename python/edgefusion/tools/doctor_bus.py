@@ -16,7 +16,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.tools.doctor_finding import Examination, Finding, State
 from edgefusion.tools.doctor_sockets import Socket, own_sockets
 
-_CONNECT_S = 3.0
+_HANDSHAKE_S = 3.0
 _SOON_S = 30 * 86400
 _ANY = ("0.0.0.0", "[::]")
 _NEW_KEYS = "make them anew: `edgefusion keys init`"
@@ -24,11 +24,17 @@ _OTHER = "a router is there already: end it, or `systemctl stop edgefusion` for 
 
 
 def check_bus(
-    exam: Examination, open_router: Callable[[BusConfig], Any] | None = None, now: Callable[[], float] = time.time
+    exam: Examination,
+    open_router: Callable[[BusConfig], Any] | None = None,
+    now: Callable[[], float] = time.time,
+    connect_s: float = 3.0,
 ) -> Iterator[Finding]:
-    """Opens the router for a moment, or asks for the one on another machine. now: seconds since 1970."""
+    """Opens the router for a moment, or asks for so long for the one on another machine. now: seconds since 1970."""
     try:
-        yield from _router(exam.config.bus, open_router, now) if exam.runs("bus") else _client(exam.config.bus)
+        if exam.runs("bus"):
+            yield from _router(exam.config.bus, open_router, now)
+        else:
+            yield from _client(exam.config.bus, connect_s)
     except ModuleNotFoundError as error:
         yield Finding("bus", State.FAILED, f"expected the package {error.name}, got none", f"pip install {error.name}")
     except RefusedError as error:
@@ -107,17 +113,17 @@ def _certificate(host: str, port: int, keys: Path) -> Any:
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.load_verify_locations(files.ca)
     context.load_cert_chain(files.certificate, files.key)
-    raw = socket.create_connection((host, port), _CONNECT_S)
+    raw = socket.create_connection((host, port), _HANDSHAKE_S)
     with raw, context.wrap_socket(raw, server_hostname=host) as secure:
         return secure.getpeercert()
 
 
-def _client(config: BusConfig) -> Iterator[Finding]:
+def _client(config: BusConfig, connect_s: float) -> Iterator[Finding]:
     from edgefusion.bus.session import UnreachableError, open_client
 
     keys = None if config.keys is None else Path(config.keys)
     try:
-        session: Any = open_client(config.router, keys, _CONNECT_S)
+        session: Any = open_client(config.router, keys, connect_s)
     except UnreachableError as error:
         cure = "start the machine with the router; [bus] connect says where it is"
         yield Finding("bus", State.FAILED, str(error), cure)

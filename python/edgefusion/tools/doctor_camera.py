@@ -15,7 +15,7 @@ from edgefusion.drivers.camera_open import device_path, source_name
 from edgefusion.tools.doctor_finding import Examination, Finding, State
 from edgefusion.types import Frame, Health, HealthState
 
-_TURN_S, _SLACK_S = 0.02, 0.5
+_TURN_S, _SLACK_S = 0.02, 0.3
 _DARK, _BRIGHT, _CLIPPED = 30, 225, 250
 """Grey levels: of a picture's mean, and where a pixel says nothing any more."""
 
@@ -40,9 +40,10 @@ def check_camera(
         yield Finding("camera", State.SKIPPED, "its device cannot be used")
         return
     with Camera(config, clock) as camera:
-        _wait(config.open_timeout_s, lambda: camera.health().state is HealthState.OK, clock, pause)
         seen = Seen()
-        _wait(max(config.frozen_s, config.blind_s), lambda: seen.look(camera), clock, pause)
+        _wait(config.open_timeout_s, lambda: camera.health().state is HealthState.OK, clock, pause)
+        if camera.health().state is HealthState.OK:
+            _wait(max(config.frozen_s, config.blind_s), lambda: seen.look(camera), clock, pause)
         health = camera.health()
     yield _judged(exam, seen, health)
 

@@ -25,6 +25,9 @@ CHECKS = (
 )
 """In the order in which they are made, and mended."""
 
+HOLDER = "edgefusion doctor"
+"""What others are told who want a port that is looked at."""
+
 FIRST_CODE = 10
 """Of the first check; the others follow."""
 

@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from typing import Iterator, List
+import time
+from typing import Callable, Iterator, List
 
 import msgspec
 import numpy as np
@@ -14,7 +15,7 @@ from edgefusion.drivers.link import Link, LinkError
 from edgefusion.drivers.lms2xx import POWER_ON_BAUD, Lms2xx
 from edgefusion.drivers.lms2xx_setup import difference
 from edgefusion.errors import RefusedError
-from edgefusion.tools.doctor_finding import Examination, Finding, State
+from edgefusion.tools.doctor_finding import HOLDER, Examination, Finding, State
 from edgefusion.types import HealthState, Scan
 
 _LISTENS_S = 2.0
@@ -26,20 +27,22 @@ _LOOK = "look at its window, its cable and what is before it"
 _SET = "set [laser] as the scanner is, or write_eeprom = true once, where it may change its memory"
 
 
-def check_laser(exam: Examination, clock: Clock = system_clock) -> Iterator[Finding]:
+def check_laser(
+    exam: Examination, clock: Clock = system_clock, pause: Callable[[float], None] = time.sleep
+) -> Iterator[Finding]:
     """Listens to it for two seconds."""
     if not exam.runs("base"):
         yield Finding("laser", State.SKIPPED, "base runs on another machine")
     elif exam.config.laser.port in exam.unusable:
         yield Finding("laser", State.SKIPPED, "its port cannot be used")
     else:
-        yield _examined(exam, clock)
+        yield _examined(exam, clock, pause)
 
 
-def _examined(exam: Examination, clock: Clock) -> Finding:
+def _examined(exam: Examination, clock: Clock, pause: Callable[[float], None]) -> Finding:
     settings = msgspec.structs.replace(exam.config.laser, write_eeprom=False)
-    link = Link(settings.port, POWER_ON_BAUD, "edgefusion doctor", lock_folder=exam.lock_folder)
-    laser = Lms2xx(link, settings, clock)
+    link = Link(settings.port, POWER_ON_BAUD, HOLDER, clock=clock, lock_folder=exam.lock_folder)
+    laser = Lms2xx(link, settings, clock, pause)
     try:
         laser.start()
         scans = _heard(laser, clock)

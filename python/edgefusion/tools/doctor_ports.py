@@ -15,7 +15,7 @@ from typing import Iterator, List, Tuple
 from edgefusion.drivers.camera_open import device_path
 from edgefusion.drivers.port_lock import PortBusyError, PortLock
 from edgefusion.errors import RefusedError
-from edgefusion.tools.doctor_finding import Examination, Finding, State
+from edgefusion.tools.doctor_finding import HOLDER, Examination, Finding, State
 from edgefusion.tools.doctor_holders import holders_of
 
 _SERIAL = ("ttyUSB*", "ttyACM*", "ttyTHS*", "ttyS[0-9]*")
@@ -57,7 +57,7 @@ def _serial_problem(port: str, lock_folder: Path | None) -> Tuple[str, str]:
     text, cure = _device_problem(Path(port), _SERIAL)
     if text:
         return text, cure
-    lock = PortLock(port, "edgefusion doctor", lock_folder)
+    lock = PortLock(port, HOLDER, lock_folder)
     try:
         lock.acquire()
         return _terminal_problem(port)

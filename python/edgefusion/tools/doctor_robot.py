@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
-from typing import Iterator, List
+from typing import Callable, Iterator, List
 
 import msgspec
 
@@ -16,7 +17,7 @@ from edgefusion.drivers.pioneer_info import RobotInfo
 from edgefusion.drivers.pioneer_judgement import Judgement
 from edgefusion.drivers.pioneer_state import RobotState
 from edgefusion.errors import RefusedError
-from edgefusion.tools.doctor_finding import Examination, Finding, State
+from edgefusion.tools.doctor_finding import HOLDER, Examination, Finding, State
 from edgefusion.types import HealthState, Twist2D
 
 _LISTENS_S = 1.0
@@ -33,21 +34,23 @@ _CURES = {
 }
 
 
-def check_robot(exam: Examination, clock: Clock = system_clock) -> Iterator[Finding]:
+def check_robot(
+    exam: Examination, clock: Clock = system_clock, pause: Callable[[float], None] = time.sleep
+) -> Iterator[Finding]:
     """Listens to it for a second."""
     if not exam.runs("base"):
         yield Finding("robot", State.SKIPPED, "base runs on another machine")
     elif exam.config.robot.port in exam.unusable:
         yield Finding("robot", State.SKIPPED, "its port cannot be used")
     else:
-        yield _examined(exam, clock)
+        yield _examined(exam, clock, pause)
 
 
-def _examined(exam: Examination, clock: Clock) -> Finding:
+def _examined(exam: Examination, clock: Clock, pause: Callable[[float], None]) -> Finding:
     settings = msgspec.structs.replace(exam.config.robot, enable_motors=False, sonar=False)
-    link = Link(settings.port, settings.baudrates[0], "edgefusion doctor", lock_folder=exam.lock_folder)
+    link = Link(settings.port, settings.baudrates[0], HOLDER, clock=clock, lock_folder=exam.lock_folder)
     try:
-        with Pioneer(link, settings, exam.config.base) as robot:
+        with Pioneer(link, settings, exam.config.base, clock, pause) as robot:
             robot.start()
             assert robot.info is not None
             info, states = robot.info, _heard(robot, clock)
