@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from edgefusion.bus.freshness import MOST_SESSIONS, CommandLimits, Freshness, Refusal
+from edgefusion.bus.freshness import MOST_SESSIONS, CommandLimits, Freshness, Refusal, limits_of
 from edgefusion.bus.rate_limit import RateLimit
 from edgefusion.bus.tags import MOST_BYTES, CommandTag, SampleTag, Tagger, read_tag, session_of
+from edgefusion.config.bus import BusConfig
 from edgefusion.errors import RefusedError
 
 MS = 1_000_000
@@ -157,3 +158,9 @@ def test_two_processes_have_different_sessions() -> None:
 def test_a_tag_of_the_robot_is_no_tag_of_a_command() -> None:
     with pytest.raises(RefusedError, match="tag"):
         read_tag(CommandTag, Tagger().sample("boot", 7))
+
+
+def test_the_limits_are_those_of_the_configuration() -> None:
+    config = BusConfig(max_command_bytes=1000, max_command_hz=20.0, allow_plain_ros=True, cmd_vel_timeout_s=0.3)
+    assert limits_of(config) == CommandLimits(1000, 20.0, allow_plain=True, plain_ttl_ms=300)
+    assert not limits_of(BusConfig()).allow_plain

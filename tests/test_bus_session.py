@@ -14,8 +14,10 @@ import pytest
 import zenoh
 
 from bus_lab import QUIET_S, Lab, Sink, free_port, until, wait_for_listener
+from edgefusion.bus.feed import Feed
 from edgefusion.bus.freshness import CommandLimits, Freshness, Refusal
 from edgefusion.bus.inbox import Inbox
+from edgefusion.bus.joining import Joining
 from edgefusion.bus.liveliness import Alive, declare_alive
 from edgefusion.bus.publisher import CommandPublisher, Publisher
 from edgefusion.bus.router import open_router
@@ -24,6 +26,7 @@ from edgefusion.bus.subscriber import Subscriber
 from edgefusion.bus.tags import SampleTag, Tagger, read_tag
 from edgefusion.bus.topics import CMD_VEL, IMAGE, MISSION, ODOM, TOPICS
 from edgefusion.config.bus import BusConfig
+from edgefusion.errors import RefusedError
 from edgefusion.messages import ros_name
 from edgefusion.messages.cdr import decode, encode
 from edgefusion.messages.geometry_msgs import Twist, Vector3
@@ -163,12 +166,11 @@ def test_a_router_on_a_port_that_is_taken_says_which() -> None:
             open_router(BusConfig(listen=(endpoint,)))
 
 
-def test_z1_a_router_that_dies_costs_its_members_nothing_and_is_found_again(stack: ExitStack) -> None:
+def test_z1_a_router_that_dies_costs_its_clients_nothing_and_is_found_again(stack: ExitStack) -> None:
     lab = Lab(stack)
-    robot = lab.keep(open_member(lab.config))  # before there is a router
-    publisher = Publisher(robot, "robot", MISSION, Tagger(), "boot")
-    publisher.put(String("to nobody"), 0)
     router = lab.router()
+    robot = lab.member()
+    publisher = Publisher(robot, "robot", MISSION, Tagger(), "boot")
     subscriber = Subscriber(lab.client(), "robot/mission", newest=1000)
     until(lambda: (publisher.put(String("first"), 0), subscriber.received)[1])
     router.close()
@@ -177,6 +179,32 @@ def test_z1_a_router_that_dies_costs_its_members_nothing_and_is_found_again(stac
     subscriber.take()
     lab.router()
     until(lambda: (time.sleep(0.01), publisher.put(String("again"), 0), subscriber.take())[2], timeout_s=20)
+
+
+def test_who_comes_before_the_router_joins_it_when_it_is_there(stack: ExitStack) -> None:
+    lab, joined = Lab(stack), []
+    joining = Joining(lambda: open_member(lab.config, timeout_s=0.05), joined.append, pause_s=0.01)
+    joining.begin()
+    time.sleep(QUIET_S)
+    assert not joined
+    lab.router()
+    until(lambda: joined)
+    assert list(joined[0].info.routers_zid())
+    joining.end()
+    assert joined[0].is_closed()
+
+
+def test_who_gives_up_joining_ends_and_what_fails_otherwise_is_told(stack: ExitStack) -> None:
+    lab = Lab(stack)
+    waiting = Joining(lambda: open_member(lab.config, timeout_s=0.05), pytest.fail, pause_s=100.0)
+    waiting.begin()
+    waiting.end()
+    keys = BusConfig(listen=("tls/127.0.0.1:7447",), keys="/nowhere")
+    wrong = Joining(lambda: open_member(keys), pytest.fail)
+    wrong.begin()
+    until(lambda: wrong.failure)
+    assert isinstance(wrong.failure, RefusedError)
+    wrong.end()
 
 
 def test_z7_a_flood_leaves_no_more_behind_than_what_is_kept(lab: Lab) -> None:
@@ -200,6 +228,23 @@ def test_z8_a_slow_subscriber_costs_the_others_nothing(lab: Lab) -> None:
         publisher.put_bytes(b"x" * 100_000, number)
         until(lambda: fast.waiting > number)  # noqa: B023  # it is called at once
     assert slow.received < 50
+
+
+def test_a_feed_takes_what_is_stamped_by_the_clock_it_reckons_with(lab: Lab, caplog: pytest.LogCaptureFixture) -> None:
+    robot, other = lab.member(), lab.member()
+    own = Feed(robot, "robot", MISSION, lambda message: message.data, "boot-1", newest=10)
+    any_clock = Feed(robot, "robot", MISSION, lambda message: message.data, None, newest=10)
+    for clock in ("boot-1", "boot-2", "boot-1"):
+        connected(Publisher(other, "robot", MISSION, Tagger(), clock)).put(String(clock), 5)
+    other.put("robot/mission", encode(String("no stamp")))
+    Publisher(other, "robot", MISSION, Tagger(), "boot-1").put_bytes(b"no message", 5)
+    until(lambda: (own.waiting, any_clock.waiting) == (5, 5))
+    assert [(tag.stamp_ns, text) for tag, text in own.take()] == [(5, "boot-1")] * 2
+    assert [text for _, text in any_clock.take()] == ["boot-1", "boot-2", "boot-1"]
+    assert (own.refused, any_clock.refused) == (3, 2)
+    warnings = [record.getMessage() for record in caplog.records]
+    assert len(warnings) == 2
+    assert "expected stamps of the clock boot-1, got one of boot-2" in warnings[0]
 
 
 def commands_of(robot: zenoh.Session, limits: CommandLimits = LIMITS) -> Inbox[Twist2D]:

@@ -15,6 +15,7 @@ from typing import Optional
 
 from edgefusion.bus.rate_limit import RateLimit
 from edgefusion.bus.tags import CommandTag, read_tag
+from edgefusion.config.bus import BusConfig
 from edgefusion.errors import RefusedError
 
 MOST_SESSIONS = 1024
@@ -42,6 +43,16 @@ class CommandLimits:
     burst: int = 10
     allow_plain: bool = False
     plain_ttl_ms: int = 200
+
+
+def limits_of(config: BusConfig) -> CommandLimits:
+    """What a robot with this configuration takes."""
+    return CommandLimits(
+        config.max_command_bytes,
+        config.max_command_hz,
+        allow_plain=config.allow_plain_ros,
+        plain_ttl_ms=round(config.cmd_vel_timeout_s * 1e3),
+    )
 
 
 class Freshness:

@@ -2,8 +2,8 @@
 # Copyright the edgefusion authors
 """Sessions of Zenoh that listen to nobody and look for nobody: they know the router's endpoint, and only that.
 
-A client waits for the router and then needs it; a member, as base and vision are, opens at once and is connected
-whenever the router is there. Both find it again after it was gone.
+All but the router are its clients, the robot's own processes, too: Zenoh routes nothing between two peers of a router
+that do not find each other. A client that was let in once finds the router again after it was gone.
 """
 
 from __future__ import annotations
@@ -60,21 +60,10 @@ def open_client(
         ) from error
 
 
-def open_member(config: BusConfig) -> zenoh.Session:
-    """A session of one of the robot's own processes. It opens without a router, too.
-
-    Raises RefusedError for keys that will not do.
-    """
-    keys = None if config.keys is None else find_keys(Path(config.keys))
-    settings = {
-        "mode": "peer",
-        "connect/endpoints": [config.router],
-        "connect/timeout_ms": -1,
-        "connect/exit_on_failure": False,
-        **common_settings(config.lease_s),
-        **client_tls(keys),
-    }
-    return open_session(settings)
+def open_member(config: BusConfig, timeout_s: float = 5.0) -> zenoh.Session:
+    """A session of one of the robot's own processes. Raises as open_client."""
+    keys = None if config.keys is None else Path(config.keys)
+    return open_client(config.router, keys, timeout_s, config.lease_s)
 
 
 def common_settings(lease_s: float) -> dict[str, Any]:
