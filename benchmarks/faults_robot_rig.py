@@ -27,6 +27,7 @@ from edgefusion.types import HealthState, Twist2D
 
 Rng = np.random.Generator
 AHEAD = Twist2D(0.3)
+_AT_SPEED_MPS = 0.29
 _PUMP_S, _DRIVE_NS, _PATIENCE_S = 0.001, 50_000_000, 20.0
 _ZEROS = {(Command.STOP, None), (Command.E_STOP, None), (Command.VEL, 0)}
 
@@ -54,7 +55,7 @@ class Rig:
     def __enter__(self) -> Rig:
         self._world.start()
         self.thread.begin()
-        self.wait(lambda: self.body.twist.v_mps > 0.29)
+        self.wait(self._is_at_speed)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -107,6 +108,12 @@ class Rig:
         """Whether it was told anything that moves it."""
         kinds = (Command.VEL, Command.RVEL)
         return any(then > ns and told.number in kinds and told.value for then, told in list(self.robot.heard))
+
+    def _is_at_speed(self) -> bool:
+        report = self.thread.news.newest
+        if report is not None and not report.state.motors_enabled:
+            self._owned.enable_motors()  # a loaded machine has lost it, and nobody else switches them on again
+        return self.body.twist.v_mps > _AT_SPEED_MPS
 
     def _first_zero_ns(self, since_ns: int) -> int:
         heard = list(self.robot.heard)
