@@ -70,6 +70,11 @@ def test_a_file_changes_only_what_it_names(tmp_path: Path) -> None:
             "[laser]\nbeams = 361\n[safety]\nmax_scan_age_s = 0.2\n",
             "4: safety.max_scan_age_s: expected at least 0.38",
         ),
+        (
+            "[safety]\ncycle_s = 0.3\nmax_cycle_s = 0.5\n",
+            "2: bus.cmd_vel_timeout_s: expected at least safety.cycle_s, 0.3",
+        ),
+        ("[service]\nbase_silence_s = 0.1\n", "2: service.base_silence_s: expected more than safety.max_cycle_s, 0.2"),
         ("[camera]\nrate_hz = 30\nexposure_s = 0.1\n", "3: camera: exposure_s: expected at most 1 / rate_hz, "),
         ("[vision]\nmodel = 'net'\n", "2: vision: model, calibration: expected both or neither, "),
         ("[vision]\nrequire_provider = true\n", "2: vision: require_provider: expected a provider beside it"),

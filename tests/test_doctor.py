@@ -23,6 +23,7 @@ from edgefusion.types import Pose2D
 
 CORNERS = ((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0))
 WALLS = tuple(Wall(start, end, 2.5, 0.1, "plaster") for start, end in zip(CORNERS, CORNERS[1:] + CORNERS[:1]))
+DOCUMENT = Path(__file__).parents[1] / "docs/doctor.md"
 BASE_ONLY = "[service]\nprocesses = ['base']\n"
 ROOM = World("room", 1, "tiles", None, WALLS, (), Pose2D(), Pose2D(1.0, 0.0))
 
@@ -107,10 +108,11 @@ def failed(*checks: str) -> Sequence[Finding]:
 
 
 @pytest.mark.parametrize("check", CHECKS)
-def test_each_check_has_an_exit_code_of_its_own_that_the_help_names(check: str) -> None:
+def test_each_check_has_an_exit_code_of_its_own_that_help_and_document_name(check: str) -> None:
     code = exit_code(failed(check))
     assert code == 10 + CHECKS.index(check)
     assert f"{code} {check}" in " ".join(EXAMPLES.split())
+    assert f"\n| `{check}` | {code} | " in DOCUMENT.read_text(encoding="utf-8")
 
 
 def test_the_exit_code_is_of_the_first_check_that_failed_and_0_where_none_did() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from doctor_scenes import examination, on_a_line, told
+from edgefusion.drivers.port_lock import PortLock
 from edgefusion.drivers.sip_command import Command
 from edgefusion.sim.fault_frames import LMS, SIP
 from edgefusion.sim.fault_wire import FaultyWire
@@ -175,6 +176,22 @@ def test_swapped_ports_are_noticed_by_both_and_say_so(look: Any) -> None:
         assert finding.state.value == "failed"
         assert "got no answer" in finding.text
         assert "swapped" in finding.cure
+
+
+def test_a_device_that_another_holds_is_told_with_its_name_without_the_check_of_ports(
+    look: Any, tmp_path: Path
+) -> None:
+    for check, device, port in (
+        (check_robot, SimulatedPioneer(), "/dev/robot"),
+        (check_laser, scanner(), "/dev/laser"),
+    ):
+        lock = PortLock(port, "edgefusion base", tmp_path)
+        lock.acquire()
+        finding = look(check, device)
+        lock.release()
+        assert finding.state.value == "failed"
+        assert "it is held by edgefusion base" in finding.text
+        assert "end that process" in finding.cure
 
 
 def test_what_cannot_be_asked_is_skipped_with_the_reason(tmp_path: Path) -> None:

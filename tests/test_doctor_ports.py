@@ -18,6 +18,7 @@ import pytest
 from doctor_scenes import examination, told
 from edgefusion.drivers.port_lock import PortLock
 from edgefusion.sim.wire_pty import PtyWire
+from edgefusion.tools import doctor_ports
 from edgefusion.tools.doctor_finding import Finding
 from edgefusion.tools.doctor_ports import check_ports
 
@@ -130,8 +131,22 @@ def test_a_camera_that_is_not_there_is_a_port_too_but_only_where_vision_runs(tmp
         return [each.text for each in check_ports(exam)]
 
     assert found("vision", source="/dev/video77") == ["camera: /dev/video77: not there"]
-    assert found("vision", source="http://127.0.0.1:1/stream") == []
-    assert found("bus", source="/dev/video77") == []
+    assert found("vision", source="http://127.0.0.1:1/stream") == ["no device is on this machine"]
+    assert found("bus", source="/dev/video77") == ["no device is on this machine"]
+
+
+@pytest.mark.parametrize(("timer_ms", "state"), [("16", "warning"), ("1", "ok"), ("0", "ok")])
+def test_an_adapter_that_holds_bytes_back_is_warned_of(
+    tmp_path: Path, port: str, monkeypatch: pytest.MonkeyPatch, timer_ms: str, state: str
+) -> None:
+    timer = tmp_path / Path(os.path.realpath(port)).name / "device/latency_timer"
+    timer.parent.mkdir(parents=True)
+    timer.write_text(f"{timer_ms}\n")
+    monkeypatch.setattr(doctor_ports, "TTYS", tmp_path)
+    finding, unusable = of_the_robot(tmp_path, port)
+    assert told([finding]) == [f"{state} ports"]
+    assert (f"holds bytes back for {timer_ms} ms" in finding.text) == (state == "warning")
+    assert not unusable
 
 
 def test_looking_leaves_the_port_to_others(tmp_path: Path, port: str) -> None:

@@ -11,6 +11,7 @@ import msgspec
 
 from edgefusion.config.bus import BusConfig
 from edgefusion.config.camera import CameraConfig
+from edgefusion.config.combinations import check_combinations
 from edgefusion.config.laser import LaserConfig
 from edgefusion.config.load import load
 from edgefusion.config.mission import MissionConfig
@@ -21,7 +22,6 @@ from edgefusion.config.safety import SafetyConfig
 from edgefusion.config.service import ServiceConfig
 from edgefusion.config.strict import convert, read_toml
 from edgefusion.config.vision import VisionConfig
-from edgefusion.errors import RefusedError
 
 __all__ = [
     "USUAL_HEIGHTS",
@@ -63,20 +63,10 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     camera: CameraConfig = CameraConfig()
     vision: VisionConfig = VisionConfig()
     bus: BusConfig = BusConfig()
+    service: ServiceConfig = ServiceConfig()
 
     def __post_init__(self) -> None:
-        if self.robot.port == self.laser.port:
-            raise RefusedError(f"laser.port: expected another one than robot.port, got {self.laser.port}")
-        # A scan is as old as that when it is there, and twice as old when the next one is.
-        least_s = 2 * self.laser.telegram_s
-        for name, section in (("safety", self.safety), ("navigation", self.navigation)):
-            if section.max_scan_age_s < least_s:
-                raise RefusedError(
-                    f"{name}.max_scan_age_s: expected at least {least_s:.2g}, twice as long as laser.beams take at "
-                    f"laser.baudrate, got {section.max_scan_age_s:g}"
-                )
-
-    service: ServiceConfig = ServiceConfig()
+        check_combinations(self)
 
 
 def load_config(path: Path | None) -> Config:

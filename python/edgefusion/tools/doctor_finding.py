@@ -28,6 +28,9 @@ CHECKS = (
 HOLDER = "edgefusion doctor"
 """What others are told who want a port that is looked at."""
 
+END_IT = "end that process; where it is a service, `sudo systemctl stop` it"
+"""What to do about who holds a port."""
+
 FIRST_CODE = 10
 """Of the first check; the others follow."""
 

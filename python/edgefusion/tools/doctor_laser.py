@@ -14,8 +14,9 @@ from edgefusion.clock import Clock, system_clock
 from edgefusion.drivers.link import Link, LinkError
 from edgefusion.drivers.lms2xx import POWER_ON_BAUD, Lms2xx
 from edgefusion.drivers.lms2xx_setup import difference
+from edgefusion.drivers.port_lock import PortBusyError
 from edgefusion.errors import RefusedError
-from edgefusion.tools.doctor_finding import HOLDER, Examination, Finding, State
+from edgefusion.tools.doctor_finding import END_IT, HOLDER, Examination, Finding, State
 from edgefusion.types import HealthState, Scan
 
 _LISTENS_S = 2.0
@@ -49,6 +50,8 @@ def _examined(exam: Examination, clock: Clock, pause: Callable[[float], None]) -
         return _judged(exam, laser, scans, link.baudrate)
     except LinkError as error:
         return Finding("laser", State.FAILED, str(error), _SILENT)
+    except PortBusyError as error:
+        return Finding("laser", State.FAILED, str(error), END_IT)
     except RefusedError as error:
         return Finding("laser", State.FAILED, str(error), "set what is named in the section [laser]")
     finally:

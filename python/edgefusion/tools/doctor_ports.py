@@ -10,44 +10,59 @@ import os
 import pwd
 import stat
 from pathlib import Path
-from typing import Iterator, List, Tuple
+from typing import Iterator, Tuple
 
 from edgefusion.drivers.camera_open import device_path
 from edgefusion.drivers.port_lock import PortBusyError, PortLock
 from edgefusion.errors import RefusedError
-from edgefusion.tools.doctor_finding import HOLDER, Examination, Finding, State
+from edgefusion.tools.doctor_finding import END_IT, HOLDER, Examination, Finding, State
 from edgefusion.tools.doctor_holders import holders_of
+
+TTYS = Path("/sys/class/tty")
 
 _SERIAL = ("ttyUSB*", "ttyACM*", "ttyTHS*", "ttyS[0-9]*")
 _VIDEO = ("video*",)
-_END_IT = "end that process; where it is a service, `sudo systemctl stop` it"
 _NAMES = "docs/wiring.md says how to give it a name that stays"
 
 
 def check_ports(exam: Examination) -> Iterator[Finding]:
     """Of robot, laser and camera; what cannot be used is not asked by the checks after this one."""
-    for name, port in _ports(exam):
-        text, cure = _serial_problem(port, exam.lock_folder)
+    devices = list(_devices(exam))
+    for name, port in devices:
+        text, cure = _camera_problem(Path(port)) if name == "camera" else _serial_problem(port, exam.lock_folder)
         if text:
             exam.unusable.add(port)
             yield Finding("ports", State.FAILED, f"{name}: {port}: {text}", cure)
         else:
-            yield Finding("ports", State.OK, f"{name}: {_with_target(port)}")
-    camera = device_path(exam.config.camera) if exam.runs("vision") and exam.config.camera.is_v4l2 else None
-    if camera is not None:
-        text, cure = _device_problem(camera, _VIDEO)
-        if not text:
-            text, cure = _held(camera)
-        if text:
-            exam.unusable.add(str(camera))
-            yield Finding("ports", State.FAILED, f"camera: {camera}: {text}", cure)
-        else:
-            yield Finding("ports", State.OK, f"camera: {_with_target(str(camera))}")
+            yield _usable(name, port)
+    if not devices:
+        yield Finding("ports", State.SKIPPED, "no device is on this machine")
 
 
-def _ports(exam: Examination) -> List[Tuple[str, str]]:
+def _devices(exam: Examination) -> Iterator[Tuple[str, str]]:
+    """Name and port of those that this machine is to open."""
     config = exam.config
-    return [("robot", config.robot.port), ("laser", config.laser.port)] if exam.runs("base") else []
+    if exam.runs("base"):
+        yield "robot", config.robot.port
+        yield "laser", config.laser.port
+    if exam.runs("vision") and config.camera.is_v4l2:
+        yield "camera", str(device_path(config.camera))
+
+
+def _usable(name: str, port: str) -> Finding:
+    target = port if "://" in port else os.path.realpath(port)
+    text = f"{name}: {port}" + ("" if target == port else f" -> {target}")
+    timer = TTYS / Path(target).name / "device/latency_timer"
+    if timer.exists() and timer.read_text().strip() not in ("0", "1"):
+        cure = f"`echo 1 | sudo tee {timer}`; for good: docs/wiring.md"
+        text += f": its adapter holds bytes back for {timer.read_text().strip()} ms"
+        return Finding("ports", State.WARNING, text, cure)
+    return Finding("ports", State.OK, text)
+
+
+def _camera_problem(path: Path) -> Tuple[str, str]:
+    text, cure = _device_problem(path, _VIDEO)
+    return (text, cure) if text else _held(path)
 
 
 def _serial_problem(port: str, lock_folder: Path | None) -> Tuple[str, str]:
@@ -62,7 +77,7 @@ def _serial_problem(port: str, lock_folder: Path | None) -> Tuple[str, str]:
         lock.acquire()
         return _terminal_problem(port)
     except PortBusyError as error:
-        return str(error).partition(": ")[2], _END_IT
+        return str(error).partition(": ")[2], END_IT
     except RefusedError as error:
         return str(error), "let this user write that file, or remove it"
     finally:
@@ -75,7 +90,7 @@ def _terminal_problem(port: str) -> Tuple[str, str]:
     except OSError as error:
         if error.errno != errno.EBUSY:
             return f"cannot be opened: {error.strerror}", f"look into `dmesg`; {_NAMES}"
-        return f"held by {', '.join(holders_of(Path(port))) or 'a process of another user'}", _END_IT
+        return f"held by {', '.join(holders_of(Path(port))) or 'a process of another user'}", END_IT
     try:
         if not os.isatty(file):
             return "expected a serial port, got another device", _there(_SERIAL)
@@ -86,7 +101,7 @@ def _terminal_problem(port: str) -> Tuple[str, str]:
 
 def _held(path: Path) -> Tuple[str, str]:
     holders = holders_of(path)
-    return (f"held by {', '.join(holders)}", _END_IT) if holders else ("", "")
+    return (f"held by {', '.join(holders)}", END_IT) if holders else ("", "")
 
 
 def _device_problem(path: Path, patterns: Tuple[str, ...]) -> Tuple[str, str]:
@@ -118,8 +133,3 @@ def _there(patterns: Tuple[str, ...]) -> str:
     if not found:
         return "plug it in and switch it on: no such device is there; `dmesg` says why"
     return f"there are {', '.join(found)}; {_NAMES}"
-
-
-def _with_target(port: str) -> str:
-    target = port if "://" in port else os.path.realpath(port)
-    return port if target == port else f"{port} -> {target}"

@@ -16,8 +16,9 @@ from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.drivers.pioneer_info import RobotInfo
 from edgefusion.drivers.pioneer_judgement import Judgement
 from edgefusion.drivers.pioneer_state import RobotState
+from edgefusion.drivers.port_lock import PortBusyError
 from edgefusion.errors import RefusedError
-from edgefusion.tools.doctor_finding import HOLDER, Examination, Finding, State
+from edgefusion.tools.doctor_finding import END_IT, HOLDER, Examination, Finding, State
 from edgefusion.types import HealthState, Twist2D
 
 _LISTENS_S = 1.0
@@ -56,6 +57,8 @@ def _examined(exam: Examination, clock: Clock, pause: Callable[[float], None]) -
             info, states = robot.info, _heard(robot, clock)
     except LinkError as error:
         return Finding("robot", State.FAILED, str(error), _SILENT)
+    except PortBusyError as error:
+        return Finding("robot", State.FAILED, str(error), END_IT)
     except RefusedError as error:
         return Finding("robot", State.FAILED, str(error), "set what is named in the section [robot]")
     return _judged(exam, info, states)

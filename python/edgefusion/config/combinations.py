@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""What keys of different sections cannot be together: with these the robot would never drive, or never for long."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Callable, Tuple
+
+from edgefusion.errors import RefusedError
+
+if TYPE_CHECKING:
+    from edgefusion.config import Config
+
+
+def check_combinations(config: Config) -> None:
+    """Raises RefusedError, which begins with the key that is to be changed."""
+    for check in _CHECKS:
+        check(config)
+
+
+def _ports(config: Config) -> None:
+    if config.robot.port == config.laser.port:
+        raise RefusedError(f"laser.port: expected another one than robot.port, got {config.laser.port}")
+
+
+def _scan_ages(config: Config) -> None:
+    """A scan is as old as its telegram takes when it is there, and twice as old when the next one is."""
+    least_s = 2 * config.laser.telegram_s
+    for name, section in (("safety", config.safety), ("navigation", config.navigation)):
+        if section.max_scan_age_s < least_s:
+            raise RefusedError(
+                f"{name}.max_scan_age_s: expected at least {least_s:.2g}, twice as long as laser.beams take at "
+                f"laser.baudrate, got {section.max_scan_age_s:g}"
+            )
+
+
+def _cmd_vel(config: Config) -> None:
+    """It is looked at once in a cycle."""
+    cycle_s, timeout_s = config.safety.cycle_s, config.bus.cmd_vel_timeout_s
+    if timeout_s < cycle_s:
+        raise RefusedError(f"bus.cmd_vel_timeout_s: expected at least safety.cycle_s, {cycle_s:g}, got {timeout_s:g}")
+
+
+def _base_silence(config: Config) -> None:
+    """A sign of life comes with every cycle, also with one that is as long as it may be."""
+    longest_s, silence_s = config.safety.max_cycle_s, config.service.base_silence_s
+    if silence_s <= longest_s:
+        raise RefusedError(
+            f"service.base_silence_s: expected more than safety.max_cycle_s, {longest_s:g}, got {silence_s:g}"
+        )
+
+
+_CHECKS: Tuple[Callable[[Config], None], ...] = (_ports, _scan_ages, _cmd_vel, _base_silence)
