@@ -17,8 +17,9 @@ from edgefusion.cli import main
 from edgefusion.drivers.sip_command import Command
 from edgefusion.sim.live_devices import LiveDevices, LiveSetup
 from edgefusion.sim.world import Wall, World
+from edgefusion.tools import doctor
 from edgefusion.tools.doctor import EXAMPLES
-from edgefusion.tools.doctor_finding import CHECKS, Finding, State, exit_code
+from edgefusion.tools.doctor_finding import CHECKS, Examination, Finding, State, exit_code
 from edgefusion.types import Pose2D
 
 CORNERS = ((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0))
@@ -138,6 +139,22 @@ def test_a_check_that_there_is_not_is_refused_with_those_there_are(
     path = configuration(tmp_path, "robot", "laser")
     assert main(["doctor", "--config", str(path), "--only", "lasr"]) == 2
     assert "--only: expected ports, robot, laser, " in capsys.readouterr().err
+
+
+def test_a_check_that_cannot_be_made_is_a_failure_and_does_not_end_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(exam: Examination) -> Iterator[Finding]:
+        yield Finding("disk", State.OK, "one of them")
+        raise OSError("the other\nvanished")
+
+    checks = {**doctor.known_checks(), "disk": broken}
+    monkeypatch.setattr(doctor, "known_checks", lambda: checks)
+    path = configuration(tmp_path, "robot", "laser")
+    assert main(["doctor", "--config", str(path), *only("disk", "permissions")]) == 18
+    told = capsys.readouterr().out
+    assert "it could not be looked at: the other vanished" in told
+    assert "permissions" in told
 
 
 def test_a_whole_examination_of_a_computer_without_a_robot_makes_every_check(

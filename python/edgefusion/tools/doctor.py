@@ -63,16 +63,22 @@ def run(args: argparse.Namespace) -> int:
 
 
 def examine(exam: Examination, checks: Sequence[str]) -> Iterator[Finding]:
-    """What is found, check by check, in the order of CHECKS."""
-    from edgefusion.tools.doctor_finding import CHECKS
+    """What is found, check by check, in the order of CHECKS; one that cannot be made does not end the others."""
+    from edgefusion.tools.doctor_finding import CHECKS, Finding, State
 
-    known = _checks()
+    known = known_checks()
     for name in CHECKS:
-        if name in checks:
+        if name not in checks:
+            continue
+        try:
             yield from known[name](exam)
+        except (OSError, RuntimeError) as error:
+            text = " ".join(str(error).split())
+            yield Finding(name, State.FAILED, f"it could not be looked at: {text}", "mend what is named, and try again")
 
 
-def _checks() -> Dict[str, Callable[[Examination], Iterator[Finding]]]:
+def known_checks() -> Dict[str, Callable[[Examination], Iterator[Finding]]]:
+    """By name."""
     from edgefusion.tools.doctor_bus import check_bus
     from edgefusion.tools.doctor_camera import check_camera
     from edgefusion.tools.doctor_laser import check_laser
