@@ -102,40 +102,18 @@ def test_a_socket_is_a_port_too(make_link):
         assert not link.is_open
 
 
-def test_the_first_bytes_are_the_stop_at_every_opening(pty, make_link):
-    clock = SimClock()
-    link = make_link(pty.path, on_open=lambda opened: opened.write(b"STOP"), clock=clock)
-    for _ in range(2):
-        assert link.try_open()
-        link.write(b"go")
-        assert os.read(pty.master, 100).startswith(b"STOP")
-        pty.unplug()
-        with pytest.raises(LinkLostError, match="vanished"):
-            link.read(1)
-        pty.plug_in()
-        clock.advance(1000 * MS)
-
-
-def test_a_port_whose_stop_fails_is_not_open(pty, make_link):
-    def fail(link: Link) -> None:
-        raise LinkBlockedError("no stop")
-
-    link = make_link(pty.path, on_open=fail)
-    assert not link.try_open()
-    assert not link.is_open
-
-
-def test_a_port_that_is_not_there_is_tried_ever_more_seldom(tmp_path, make_link):
-    clock = SimClock()
-    link = make_link(tmp_path / "absent", clock=clock)
-    with pytest.raises(LinkLostError, match="absent"):
+def test_a_port_that_vanished_can_be_opened_when_it_is_there_again(pty, make_link):
+    link = make_link(pty.path)
+    link.open()
+    pty.unplug()
+    with pytest.raises(LinkLostError, match="vanished"):
+        link.read(1)
+    with pytest.raises(LinkLostError, match="cannot be opened"):
         link.open()
-    device = Pty(tmp_path / "absent")
-    clock.advance(49 * MS)
-    assert not link.try_open()
-    clock.advance(1 * MS)
-    assert link.try_open()
-    device.unplug()
+    pty.plug_in()
+    link.open()
+    link.write(b"here again")
+    assert os.read(pty.master, 100) == b"here again"
 
 
 @pytest.mark.parametrize(

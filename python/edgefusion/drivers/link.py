@@ -3,7 +3,7 @@
 """Bytes to and from a device on a serial port, a pty or `socket://host:port`. Nothing in here waits for long.
 
 A read takes 20 ms at most, a write 100 ms; of a socket, pyserial takes up to 5 s to connect and 0.3 s to close.
-Errors tell what is wrong with the line, and leave the port closed: `try_open` brings it back.
+Errors tell what is wrong with the line, and leave the port closed; when to open it again is its user's choice.
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any
 
 import serial
 
 from edgefusion.clock import Clock, system_clock
-from edgefusion.drivers.backoff import Backoff
 from edgefusion.drivers.port import FAILURES, WRITE_S, close_port, drain, open_port, reason
 from edgefusion.drivers.port_lock import PortLock
 from edgefusion.errors import RefusedError
@@ -38,31 +37,21 @@ class LinkBlockedError(LinkError):
     """The other end does not take what is written."""
 
 
-def _say_nothing(link: Link) -> None:
-    """For devices that need no stop."""
-
-
 class Link:
-    """One device's line. name: the port. holder: what a second user of the port is told.
-
-    on_open(link): called with the port just opened, before anyone else writes; it tells the device to stop.
-    """
+    """One device's line. name: the port. holder: what a second user of the port is told."""
 
     def __init__(
         self,
         name: str,
         baudrate: int,
         holder: str = "edgefusion",
-        on_open: Callable[[Link], None] = _say_nothing,
         clock: Clock = system_clock,
         lock_folder: Path | None = None,
     ) -> None:
         self.name = name
         self._baudrate = baudrate
-        self._on_open = on_open
         self._clock = clock
         self._lock = PortLock(name, holder, lock_folder)
-        self._backoff = Backoff()
         self._port: Any = None
         self._silence_limit_s = math.inf
         self._heard_ns = 0
@@ -76,33 +65,15 @@ class Link:
         return self._baudrate
 
     def open(self) -> None:
-        """Opens the port and tells the device to stop.
-
-        Raises LinkLostError where there is no such device, PortBusyError where another instance holds it.
-        """
+        """Raises LinkLostError where there is no such device, PortBusyError where another instance holds it."""
         if self._port is not None:
             return
         self._lock.acquire()
         try:
             self._port = open_port(self.name, self._baudrate)
         except FAILURES as error:
-            self._backoff.failed(self._clock())
             raise LinkLostError(f"{self.name}: cannot be opened: {reason(error)}") from error
         self.expect_within(math.inf)
-        try:
-            self._on_open(self)
-        except BaseException:
-            self._drop()
-            raise
-
-    def try_open(self) -> bool:
-        """Whether the port is open; opens it where that is due: 50 ms after it was lost, later up to 1 s."""
-        if self._port is None and self._backoff.due(self._clock()):
-            try:
-                self.open()
-            except LinkError:
-                return False
-        return self._port is not None
 
     def expect_within(self, silence_limit_s: float) -> None:
         """From now on a pause of more than this raises LinkSilentError; math.inf: none does, as after opening."""
@@ -121,7 +92,6 @@ class Link:
         now_ns = self._clock()
         if data:
             self._heard_ns = now_ns
-            self._backoff.reset()
         elif now_ns - self._heard_ns > self._silence_limit_s * 1e9 and not self.waiting_bytes:
             self._drop()
             raise LinkSilentError(f"{self.name}: nothing came for {(now_ns - self._heard_ns) / 1e9:.2f} s")
@@ -182,8 +152,6 @@ class Link:
 
     def _drop(self) -> None:
         """Closes the port and keeps the lock: nobody shall take a device that is about to come back."""
-        if self._port is None:
-            return
         port, self._port = self._port, None
-        self._backoff.failed(self._clock())
-        close_port(port)
+        if port is not None:
+            close_port(port)
