@@ -121,6 +121,13 @@ def test_a_robot_of_which_reports_are_lost_is_noticed(look: Any) -> None:
     assert "expected 10 reports a second, got " in finding.text
 
 
+def test_noise_on_a_robots_line_is_warned_of(look: Any) -> None:
+    robot = FaultyWire(SimulatedPioneer(), SIP, parse_fault("robot=garbage:0.01@1"), np.random.default_rng(1), START_NS)
+    finding = look(check_robot, robot)
+    assert told([finding]) == ["warning robot"]
+    assert "bytes a second of noise on its line" in finding.text
+
+
 def test_a_laser_that_is_well_is_named_with_its_rate(look: Any) -> None:
     finding = look(check_laser, scanner())
     assert told([finding]) == ["ok laser"]

@@ -29,6 +29,7 @@ _SILENT = (
     "look at its power; the cable (straight) and the plug (the host's); whether [robot] port and [laser] port are "
     "swapped: docs/wiring.md"
 )
+_LINE = "look at the cable and what else uses the line"
 _CURES = {
     HealthState.FAILED: "mend that; the robot would not drive",
     HealthState.DEGRADED: "charge it",
@@ -54,14 +55,16 @@ def _examined(exam: Examination, clock: Clock, pause: Callable[[float], None]) -
         with Pioneer(link, settings, exam.config.base, clock, pause) as robot:
             robot.start()
             assert robot.info is not None
+            skipped = robot.line.reader.finder.skipped_bytes
             info, states = robot.info, _heard(robot, clock)
+            noise_bytes = robot.line.reader.finder.skipped_bytes - skipped
     except LinkError as error:
         return Finding("robot", State.FAILED, str(error), _SILENT)
     except PortBusyError as error:
         return Finding("robot", State.FAILED, str(error), END_IT)
     except RefusedError as error:
         return Finding("robot", State.FAILED, str(error), "set what is named in the section [robot]")
-    return _judged(exam, info, states)
+    return _judged(exam, info, states, noise_bytes)
 
 
 def _heard(robot: Pioneer, clock: Clock) -> List[RobotState]:
@@ -72,17 +75,19 @@ def _heard(robot: Pioneer, clock: Clock) -> List[RobotState]:
     return states
 
 
-def _judged(exam: Examination, info: RobotInfo, states: List[RobotState]) -> Finding:
+def _judged(exam: Examination, info: RobotInfo, states: List[RobotState], noise_bytes: int) -> Finding:
     name, pace_hz = _name(info), 1e9 / info.cycle_ns
     if len(states) < _LEAST_SHARE * pace_hz * _LISTENS_S:
         text = f"{name}: expected {pace_hz:g} reports a second, got {len(states) / _LISTENS_S:g}"
-        return Finding("robot", State.FAILED, text, "look at the cable and what else uses the line")
+        return Finding("robot", State.FAILED, text, _LINE)
     judgement = Judgement(exam.config.robot, info.limits)
     # As if its motors were on: nobody has switched them on yet.
     health = [judgement.judge(replace(state, motors_enabled=True), Twist2D()) for state in states][-1]
     if health.state is not HealthState.OK:
         state = State.FAILED if health.state is HealthState.FAILED else State.WARNING
         return Finding("robot", state, f"{name}: {health.reason}", _CURES[health.state])
+    if noise_bytes:
+        return Finding("robot", State.WARNING, f"{name}: {noise_bytes} bytes a second of noise on its line", _LINE)
     return Finding("robot", State.OK, f"{name}, {states[-1].battery_v:.1f} V, {len(states)} reports a second")
 
 
