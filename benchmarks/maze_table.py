@@ -40,21 +40,23 @@ def is_right(world: MazeWorld, run: Run) -> bool:
 
 
 def row(family: str, runs: Sequence[Record]) -> dict[str, Any]:
-    """The figures of a family; the time is that of the drives that ended as they should, NaN where none did."""
+    """The figures of a family; the time is that of the drives that ended as expected, NaN where none did."""
 
     def count(outcome: Outcome) -> int:
         return sum(run["outcome"] == outcome.value for run in runs)
 
     right = [run for run in runs if run["right"]]
+    blocked = [run for run in right if run["outcome"] == Outcome.BLOCKED.value and run["reason"] in run["expected"]]
+    there = [run for run in right if run["outcome"] in (Outcome.REACHED.value, Outcome.WALKED_INTO.value)]
     return {
         "family": family,
         "worlds": len(runs),
         "reached": count(Outcome.REACHED),
-        "blocked_right": sum(run["outcome"] == Outcome.BLOCKED.value for run in right),
+        "blocked_right": len(blocked),
         "contacts": count(Outcome.CONTACT),
         "walked_into": count(Outcome.WALKED_INTO),
         "right": len(right),
-        "time_median_s": median([run["time_s"] for run in right] or [math.nan]),
+        "time_median_s": median([run["time_s"] for run in [*there, *blocked]] or [math.nan]),
         "clearance_least_m": min(run["clearance_m"] for run in runs),
     }
 

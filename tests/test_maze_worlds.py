@@ -223,6 +223,16 @@ def test_the_table_counts_and_names_what_was_missed():
     assert missed(runs[:1]) == "met"
 
 
+def test_who_gives_a_tight_doorway_up_is_blocked_for_no_right_reason_and_its_time_does_not_count():
+    ends = (Outcome.REACHED, "", 10.0), (Outcome.BLOCKED, Reason.NO_PROGRESS.value, 70.0), (Outcome.TIMEOUT, "", 180.0)
+    runs = [{"world": "w", "expected": "no contact", "right": True, **run(*end).record()} for end in ends]
+    found = row("tight_doorway", runs)
+    assert (found["reached"], found["blocked_right"], found["right"], found["time_median_s"]) == (1, 0, 3, 10.0)
+    enclosed = {"expected": "goal enclosed", "right": True, **run(Outcome.BLOCKED, "goal enclosed", 5.0).record()}
+    assert row("enclosed", [enclosed])["blocked_right"] == 1
+    assert row("enclosed", [enclosed])["time_median_s"] == 5.0
+
+
 def test_a_world_is_driven_and_written_down(tmp_path, capsys):
     assert mazes.main(["--families", "slip", "--limit", "1", "--out", str(tmp_path)]) == 0
     assert "slip" in capsys.readouterr().out
