@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from edgefusion.service import notify, utc
@@ -56,7 +57,8 @@ def garbage(beats: Heartbeat) -> None:
     beats.beat({"says": "sense"})
     while True:
         for message in (b"\xff", b"[]", b"{", b"x" * 20_000):
-            beats._socket.send(message)
+            with suppress(BlockingIOError):
+                beats._socket.send(message)
         time.sleep(PAUSE_S)
 
 

@@ -66,9 +66,12 @@ def test_it_is_found_at_another_speed_than_base_said_last(driving: Scene, baudra
     assert stops_heard(driving, begin_ns)
 
 
-def test_a_packet_that_was_cut_off_does_not_swallow_it(driving: Scene) -> None:
-    driving.robot.receive(command(Command.VEL, 300)[:5], 38400, driving.clock())
+@pytest.mark.parametrize("whole", range(9))
+def test_a_packet_that_was_cut_off_does_not_swallow_it(driving: Scene, whole: int) -> None:
+    driving.robot.receive(command(Command.VEL, 300)[:whole], 38400, driving.clock())
+    begin_ns = driving.clock()
     assert stop(driving) == 38400
+    assert stops_heard(driving, begin_ns)[0] <= 0.2
     driving.line.pause(0.1)
     driving.robot.receive(command(Command.PULSE), 38400, driving.clock())
     assert [told.number for _, told in driving.robot.firmware.heard[-4:-1]] == [Command.STOP, Command.VEL, Command.RVEL]

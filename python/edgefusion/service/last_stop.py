@@ -27,6 +27,10 @@ _ANSWER_S = 0.25
 """A robot reports every 100 ms, which takes 93 ms at 9600 baud."""
 _TRIES, _RETRY_S = 2, 0.01
 
+_REPEATED = STOP * 12
+"""More than the 255 bytes that a robot may wait for: its last packet may have been cut off when its sender died, right
+before the count, and takes what comes next for that."""
+
 
 @dataclass(frozen=True)
 class RobotLine:
@@ -71,7 +75,7 @@ def stop_robot(
         _open(link, deadline_ns, clock, pause)
         line = PioneerLine(link, clock, pause)
         for baudrate in _speeds(line, where.baudrate):
-            if _stops(line, baudrate, deadline_ns):
+            if _stops(line, baudrate, baudrate == where.baudrate, deadline_ns):
                 return baudrate
             if clock() >= deadline_ns:
                 break
@@ -100,16 +104,15 @@ def _speeds(line: PioneerLine, known: int) -> Iterable[int]:
     return [known] * _TRIES + [baudrate for baudrate in HOST_BAUDS if baudrate != known]
 
 
-def _stops(line: PioneerLine, baudrate: int, deadline_ns: int) -> bool:
-    """Whether it reports after it was told. Told once more then: the first may have been swallowed by a packet that was
-    cut off when its sender died."""
+def _stops(line: PioneerLine, baudrate: int, is_known: bool, deadline_ns: int) -> bool:
+    """Whether it reports after it was told. At a speed that is only guessed it is told briefly at first."""
     if baudrate != line.link.baudrate:
         line.switch(baudrate)
-    line.send(*STOP)
+    line.send(*_REPEATED if is_known else STOP)
     left_s = (deadline_ns - line.clock()) / 1e9
     if line.first(_is_status, min(_ANSWER_S, left_s)) is None:
         return False
-    line.send(*STOP)
+    line.send(*_REPEATED)
     return True
 
 
