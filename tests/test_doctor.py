@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 import threading
 import time
 from contextlib import contextmanager
@@ -27,6 +28,12 @@ WALLS = tuple(Wall(start, end, 2.5, 0.1, "plaster") for start, end in zip(CORNER
 DOCUMENT = Path(__file__).parents[1] / "docs/doctor.md"
 BASE_ONLY = "[service]\nprocesses = ['base']\n"
 ROOM = World("room", 1, "tiles", None, WALLS, (), Pose2D(), Pose2D(1.0, 0.0))
+
+
+@pytest.fixture(autouse=True)
+def own_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ports are locked by name, and another process may still wait for a pty that once had this one's."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
 
 @contextmanager
