@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Faults injected into robot, laser and camera in real time, and how long until what must happen has happened.
+"""Faults injected into robot, laser, camera and bus in real time, and how long until what must happen has happened.
 
 Each figure with its median and its worst beside the aim. Machines are loaded: only what takes more than three times as
 long as it may, or comes to something else than it must, makes this exit with 1.
@@ -30,7 +30,7 @@ EXAMPLES = """examples:
 
 Exit codes: 0 as it should be, or no worse than a loaded machine explains, 1 otherwise."""
 
-PARTS = {"L": "laser", "R": "robot", "C": "camera"}
+PARTS = {"L": "laser", "R": "robot", "C": "camera", "Z": "bus"}
 HEADER = ("figure", "fault, and until what", "aim", "median", "worst", "runs", "", "remark")
 
 
@@ -73,7 +73,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--only", type=_letters, default=list(PARTS), metavar="L,R,C", help="laser, robot, camera (default: all)"
+        "--only", type=_letters, default=list(PARTS), metavar="L,R,C,Z", help="laser, robot, camera, bus (default: all)"
     )
     parser.add_argument("--seeds", type=whole_number(1, 1000), default=5, metavar="N", help="runs of each (default: 5)")
     parser.add_argument(

@@ -101,7 +101,7 @@ def test_an_operator_is_answered_and_a_viewer_is_not_even_heard(lab: Lab) -> Non
     operator, viewer = lab.client("operator"), lab.client("viewer")
     for name, request in requests.items():
         with pytest.raises(UnreachableError, match="may these keys command"):
-            ask(viewer, f"robot/{name}", request, Tagger())
+            ask(viewer, f"robot/{name}", request, Tagger(), timeout_s=0.15)
         assert not asked
         ask(operator, f"robot/{name}", request, Tagger())
         assert asked.pop() == request
@@ -114,7 +114,7 @@ def test_nobody_else_answers_in_the_robots_place(lab: Lab) -> None:
         impostor.declare_queryable("robot/stop", caught.append)
     time.sleep(QUIET_S)
     with pytest.raises(UnreachableError):
-        ask(operator, "robot/stop", StopRequest(), Tagger(), timeout_s=0.5)
+        ask(operator, "robot/stop", StopRequest(), Tagger(), timeout_s=0.15)
     assert not caught
 
 
@@ -153,18 +153,18 @@ def test_keys_of_another_ca_no_keys_and_no_tls_get_nobody_in(lab: Lab, tmp_path:
     (mixed / "key.pem").chmod(0o600)
     for folder in (foreign / "operator", mixed):
         with pytest.raises(UnreachableError, match="of its CA"):
-            open_client(lab.tls, folder, timeout_s=0.3)
+            open_client(lab.tls, folder, timeout_s=0.2)
     with pytest.raises(UnreachableError):
-        open_client(lab.tls.replace("tls/localhost", "tcp/127.0.0.1"), timeout_s=0.3)
+        open_client(lab.tls.replace("tls/localhost", "tcp/127.0.0.1"), timeout_s=0.2)
 
 
 def test_a_router_without_the_robots_certificate_is_not_believed(lab: Lab, keys: Path) -> None:
     """Neither one that has a viewer's, nor the robot's own under a name that is not the robot's."""
     impostor = BusConfig(listen=(f"tls/localhost:{free_port()}",), keys=str(keys / "viewer"))
     with open_router(impostor), pytest.raises(UnreachableError):
-        open_client(impostor.listen[0], keys / "operator", timeout_s=0.3)
+        open_client(impostor.listen[0], keys / "operator", timeout_s=0.2)
     with pytest.raises(UnreachableError, match="the host's name"):
-        open_client(lab.tls.replace("localhost", "127.0.0.2"), keys / "operator", timeout_s=0.3)
+        open_client(lab.tls.replace("localhost", "127.0.0.2"), keys / "operator", timeout_s=0.2)
 
 
 def test_a_client_speaks_in_clear_text_to_its_own_computer_alone(keys: Path) -> None:
