@@ -22,7 +22,21 @@ EXAMPLES = """examples:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all verbs; each verb's module registers its own options and loads what it needs when run."""
-    from edgefusion.tools import config, demo, detect, doctor, evaluate, keys, laser, model, robot, run, sim
+    from edgefusion.tools import (
+        config,
+        demo,
+        detect,
+        doctor,
+        evaluate,
+        keys,
+        laser,
+        model,
+        record,
+        recover,
+        robot,
+        run,
+        sim,
+    )
 
     parser = argparse.ArgumentParser(
         prog="edgefusion",
@@ -32,7 +46,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"edgefusion {__version__}")
     verbs = parser.add_subparsers(title="verbs", metavar="VERB", required=True)
-    for tool in (config, demo, detect, doctor, evaluate, keys, laser, model, robot, run, sim):
+    for tool in (config, demo, detect, doctor, evaluate, keys, laser, model, record, recover, robot, run, sim):
         tool.add_parser(verbs)
     return parser
 
