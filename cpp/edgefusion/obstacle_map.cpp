@@ -18,12 +18,9 @@ constexpr double kLargestSide = 60.0, kAround = 5.0, kSmallestCell = 0.01;
 // A beam that ends in a cell weighs as much as three that come through; what was seen for long fades in a dozen.
 constexpr int kHit = 3, kStrongest = 12;
 constexpr int kMeanOf = 12;
-// Cells with less than one in so many of the hits of a neighbour that has enough of them hold its noise; hits are
-// counted up to so many.
-constexpr int kTailShare = 12, kSureHits = 50;
-// Noise reaches over so far along a beam, and moves the mean of a few points so far along the surface [m]: a point
-// farther from a surface than that is another's, or its corner.
-constexpr double kNoise = 0.03, kAlong = 0.02;
+// A point that one beam gave may be off by this [m], the mean of many by less; farther apart, two cells' points are
+// different things.
+constexpr double kNoise = 0.03;
 constexpr std::uint8_t kMostHits = 100;
 // A beam that passes farther from the point than this says nothing about it: it may be a wall that the beam grazes.
 constexpr double kThrough = 0.02;
@@ -147,23 +144,26 @@ void ObstacleMap::count(std::int32_t column, std::int32_t row) {
       if (window_.holds(c, r)) cells_[window_.index(c, r)].hits /= 2;
 }
 
-// Whether a cell holds only the few beams whose noise reached over from a surface in the next cell, for one who looks
-// from (x, y).
-bool ObstacleMap::is_tail(std::int32_t column, std::int32_t row, double x, double y) const {
+// Where the surface is that a cell shows: noise spreads it over two cells, and which has how many of its points says
+// where between their means it is. The mean of many points is not off by much, whatever is beside it: it may be a
+// corner.
+ObstacleMap::Point ObstacleMap::surface(std::int32_t column, std::int32_t row) const {
   const Cell& cell = cells_[window_.index(column, row)];
-  const int many = std::max(cell.hits * kTailShare, kSureHits);
-  const double to_x = static_cast<double>(cell.x) - x, to_y = static_cast<double>(cell.y) - y;
-  const double far = std::hypot(to_x, to_y);
+  const double hits = std::max<double>(cell.hits, 1.0);
+  double all = hits, dx = 0.0, dy = 0.0;
   for (std::int32_t r = row - 1; r <= row + 1; ++r)
     for (std::int32_t c = column - 1; c <= column + 1; ++c) {
       if (!window_.holds(c, r)) continue;
       const Cell& other = cells_[window_.index(c, r)];
-      if (other.evidence == 0 || many >= other.hits) continue;
-      const double dx = static_cast<double>(other.x - cell.x), dy = static_cast<double>(other.y - cell.y);
-      const double ahead = std::abs(dx * to_x + dy * to_y), along = std::abs(dy * to_x - dx * to_y);
-      if (ahead <= kNoise * far && along <= kAlong * far) return true;
+      const double x = static_cast<double>(other.x - cell.x), y = static_cast<double>(other.y - cell.y);
+      if (other.evidence == 0 || x * x + y * y > kNoise * kNoise || &other == &cell) continue;
+      all += other.hits;
+      dx += other.hits * x;
+      dy += other.hits * y;
     }
-  return false;
+  const double shift = std::hypot(dx, dy) / all, most = kNoise / std::sqrt(hits);
+  const double share = (shift > most ? most / shift : 1.0) / all;
+  return {static_cast<double>(cell.x) + share * dx, static_cast<double>(cell.y) + share * dy};
 }
 
 // From cell to cell along a beam.
@@ -241,9 +241,9 @@ void ObstacleMap::points_near(double x, double y, double reach, double depth,
   for_cells_near(x, y, reach, [&](std::size_t i, std::int32_t c, std::int32_t r) {
     const Cell& cell = cells_[i];
     if (cell.evidence > 0) {
-      if (is_tail(c, r, x, y)) return;
-      points.push_back(static_cast<double>(cell.x));
-      points.push_back(static_cast<double>(cell.y));
+      const Point point = surface(c, r);
+      points.push_back(point.x);
+      points.push_back(point.y);
     } else if (!cell.seen && deep > 0 && near_point(c, r, deep)) {
       points.push_back((c + 0.5) * cell_);
       points.push_back((r + 0.5) * cell_);

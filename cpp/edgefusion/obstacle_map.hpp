@@ -81,15 +81,18 @@ class ObstacleMap {
   void avoid(double x, double y, double radius);
 
   /// Appends the points (x, y) within a square of half side `reach` about (x, y), and of the ground behind them that
-  /// was never seen the middles of cells as far as `depth`: what was seen from one side has another. Points that are but
-  /// the noise of a surface in the next cell are left out.
+  /// was never seen the middles of cells as far as `depth`: what was seen from one side has another. Points are moved by
+  /// what their noise may be to a surface in the next cell.
   void points_near(double x, double y, double reach, double depth, std::vector<double>& points) const;
 
   /// Whether a beam has ever come through here, or the base.
   bool seen(double x, double y) const;
 
  private:
-  bool is_tail(std::int32_t column, std::int32_t row, double x, double y) const;
+  struct Point {
+    double x, y;
+  };
+  Point surface(std::int32_t column, std::int32_t row) const;
   bool near_point(std::int32_t column, std::int32_t row, std::int32_t cells) const;
   void count(std::int32_t column, std::int32_t row);
   void resize(const MapWindow& window);

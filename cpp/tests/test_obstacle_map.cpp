@@ -2,6 +2,7 @@
 // Copyright the edgefusion authors
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -72,16 +73,28 @@ TEST_CASE("beams along the borders of cells, through their corners and out of th
   CHECK(points(map).empty());
 }
 
-TEST_CASE("noise of a surface that reaches into the next cell is left out, other things are not") {
+TEST_CASE("noise of a surface that reaches into the next cell is taken for the surface, other things are not") {
   ObstacleMap map = about_origin();
   for (int i = 0; i < 45; ++i) put(map, 1.01, 0.02);
-  CHECK(points(map).size() == 2);
   put(map, 0.985, 0.02);  // 2.5 cm before it
-  CHECK(points(map).size() == 2);
-  put(map, 1.01, -0.01);  // its corner, 3 cm aside
-  CHECK(points(map).size() == 4);
-  put(map, 0.94, 0.02);  // 7 cm before it
-  CHECK(points(map).size() == 6);
+  const std::vector<double> one = points(map);
+  REQUIRE(one.size() == 4);
+  for (const std::size_t x : {0, 2}) CHECK(one[x] == doctest::Approx(1.01).epsilon(0.001));
+  put(map, 1.01, -0.012);  // its corner, 3 cm aside
+  put(map, 0.94, 0.02);    // 7 cm before it
+  const std::vector<double> all = points(map);
+  REQUIRE(all.size() == 8);
+  CHECK(std::count_if(all.begin(), all.end(), [](double v) { return std::abs(v + 0.012) < 1e-6; }) == 1);
+  CHECK(std::count_if(all.begin(), all.end(), [](double v) { return std::abs(v - 0.94) < 1e-6; }) == 1);
+}
+
+TEST_CASE("the more beams met a thing, the less is put down to noise") {
+  ObstacleMap map = about_origin();
+  for (int i = 0; i < 60; ++i) put(map, 1.01, 0.02);
+  for (int i = 0; i < 25; ++i) put(map, 0.985, 0.02);
+  const std::vector<double> found = points(map);
+  REQUIRE(found.size() == 4);
+  CHECK(std::min(found[0], found[2]) == doctest::Approx(0.985 + 0.03 / 5).epsilon(1e-4));
 }
 
 TEST_CASE("a thing beside where another was, which has gone, counts at once") {
