@@ -88,6 +88,14 @@ def test_it_says_what_is_connected_and_what_it_sees(tmp_path: Path) -> None:
     assert picture is not None and (picture != 255).any()
 
 
+def test_with_a_picture_as_json_each_line_is_still_a_scan(tmp_path: Path, capsys) -> None:
+    with scanner() as (port, _):
+        assert main(["laser", port, "--once", "--json", "--png", str(tmp_path / "scan.png")]) == 0
+    told = capsys.readouterr()
+    assert len(json.loads(told.out)["ranges_m"]) == 361
+    assert "scan.png" in told.err and (tmp_path / "scan.png").exists()
+
+
 def test_once_without_a_scan_is_exit_code_1(capsys) -> None:
     with scanner() as (port, _):
         assert main(["laser", port, "--once", "--seconds", "0.001"]) == 1

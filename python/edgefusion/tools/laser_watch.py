@@ -83,7 +83,7 @@ class LaserWatch:
             print("\n".join(scan_lines(self._last, _rows())))
         if self._png is not None:
             scan_picture(self._last, self._png)
-            print(f"picture: {self._png}")
+            print(f"picture: {self._png}", file=sys.stderr if self._json else sys.stdout)
         if not self._json:
             print(self._summary())
 
