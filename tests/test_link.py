@@ -266,6 +266,24 @@ def test_two_names_of_a_device_are_one_port(tmp_path):
     first.release()
 
 
+def test_a_device_that_has_another_number_after_it_was_plugged_in_again_is_locked_by_that(tmp_path):
+    for name in ("ttyUSB0", "ttyUSB1"):
+        (tmp_path / name).touch()
+    by_id = tmp_path / "by-id"
+    by_id.symlink_to(tmp_path / "ttyUSB0")
+    first = PortLock(str(by_id), "first", tmp_path)
+    first.acquire()
+    by_id.unlink()
+    by_id.symlink_to(tmp_path / "ttyUSB1")
+    first.acquire()
+    with pytest.raises(PortBusyError, match="held by first"):
+        PortLock(str(tmp_path / "ttyUSB1"), "second", tmp_path).acquire()
+    other = PortLock(str(tmp_path / "ttyUSB0"), "second", tmp_path)
+    other.acquire()
+    for lock in (first, other):
+        lock.release()
+
+
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
     with pytest.raises(RefusedError, match="lock file"):
         PortLock("/dev/ttyS0", "me", tmp_path / "absent").acquire()

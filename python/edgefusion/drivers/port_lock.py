@@ -24,16 +24,23 @@ class PortLock:
     """Holds the lock of a port from acquire() to release(). holder: the name that others are told."""
 
     def __init__(self, port: str, holder: str, folder: Path | None = None) -> None:
-        name = port if "://" in port else os.path.realpath(port)
-        self.path = (folder or Path(tempfile.gettempdir())) / f"edgefusion-{name.strip('/').replace('/', '_')}.lock"
-        self._port = port
-        self._holder = holder
+        self._folder = folder or Path(tempfile.gettempdir())
+        self._port, self._holder = port, holder
+        self.path = self._path()
         self._file: int | None = None
+
+    def _path(self) -> Path:
+        """Of the device that the name leads to now: one that was plugged in again may have another number."""
+        name = self._port if "://" in self._port else os.path.realpath(self._port)
+        return self._folder / f"edgefusion-{name.strip('/').replace('/', '_')}.lock"
 
     def acquire(self) -> None:
         """Raises PortBusyError at once where another holds it, RefusedError where the file cannot be written."""
-        if self._file is not None:
+        path = self._path()
+        if self._file is not None and path == self.path:
             return
+        self.release()
+        self.path = path
         try:
             file = _open(self.path)
         except OSError as error:
