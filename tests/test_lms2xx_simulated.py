@@ -15,6 +15,7 @@ from edgefusion.drivers.link import LinkLostError, LinkSilentError
 from edgefusion.drivers.lms2xx import GIVEN_UP_S
 from edgefusion.drivers.lms2xx_deskew import deskewed
 from edgefusion.drivers.lms2xx_line import LaserError
+from edgefusion.drivers.lms2xx_telegram import MAX_TELEGRAM_BYTES
 from edgefusion.sim.lms_scanner import USUAL_BAUD
 from edgefusion.types import HealthState, Scan
 from lms_scenes import EXACT, MakeScene, Scene, scene
@@ -197,6 +198,22 @@ def test_scans_that_were_read_late_are_stamped_as_if_they_were_not(scene: MakeSc
         late += made.read(0.2)
     worst = max(rms_m(deskewed(scan, made.history(scan), np.eye(4)), made.truth(scan.stamp_ns)) for scan in late)
     assert worst < 0.004 * off_ms  # what so many milliseconds of the turn make of this room
+
+
+@pytest.mark.parametrize("halted_s", [0.3, 1.0, GIVEN_UP_S + 1])
+def test_a_scanner_is_neither_lost_nor_missed_by_who_was_halted(scene: MakeScene, halted_s: float) -> None:
+    made = scene(FAST).started()
+    made.read(1.0)
+    for ms in range(0, 28, 4):  # wherever within a scan it was halted
+        made.read(0.1 + ms / 1000)
+        for _ in range(round(halted_s * 100)):
+            made.clock.advance(10_000_000)
+            assert made.link.waiting_bytes >= 0
+        scans = []
+        while made.link.waiting_bytes > MAX_TELEGRAM_BYTES:
+            scans += made.driver.read()
+            assert made.driver.health.state is HealthState.OK
+        assert len(scans) >= 37 * halted_s - 3
 
 
 def rms_m(scan: Scan, truth: Scan) -> float:

@@ -18,7 +18,7 @@ from edgefusion.drivers.lms2xx_messages import POWER_ON, STOP, LaserStatus
 from edgefusion.drivers.lms2xx_scan import SCAN, parse_scan, range_mask
 from edgefusion.drivers.lms2xx_setup import difference, read_model, set_speed, set_up, start_stream
 from edgefusion.drivers.lms2xx_status import COMPONENT, health_of
-from edgefusion.drivers.lms2xx_telegram import FRAME_BYTES, Received
+from edgefusion.drivers.lms2xx_telegram import FRAME_BYTES, MAX_TELEGRAM_BYTES, Received
 from edgefusion.drivers.lms2xx_timing import (
     backlog_ns,
     first_byte_ns,
@@ -153,9 +153,9 @@ class Lms2xx:
         return first_ns - mean_wait_ns(size, turns, baudrate)
 
     def _check_pause(self, now_ns: int) -> None:
-        """A line of noise is not silent."""
+        """A line of noise is not silent; where a whole telegram waits, it is the reader that was."""
         pause_s = (now_ns - self._scan_ns) / 1e9
-        if pause_s <= self._silence_limit_s:
+        if pause_s <= self._silence_limit_s or self._link.waiting_bytes > MAX_TELEGRAM_BYTES:
             return
         missed = f"no scan for {pause_s:.2f} s"
         if pause_s > GIVEN_UP_S:
