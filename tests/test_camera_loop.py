@@ -100,6 +100,15 @@ def test_a_read_that_hangs_is_abandoned_after_its_time() -> None:
     assert 1000 * MS < bench.opened_at_ns[1] <= 1200 * MS
 
 
+def test_a_process_that_was_halted_does_not_take_its_camera_for_hanging() -> None:
+    source = ScriptedSource([*stream(10 * MS, 1), None, Picture(3030 * MS, scene(1))])
+    bench = Bench(source)
+    bench.run(20 * MS)
+    bench.clock.advance(3 * SECOND)
+    assert bench.run(30 * MS)[-1] == ""
+    assert source.closed == 0 and len(bench.opened_at_ns) == 1
+
+
 def test_a_camera_that_never_opens_is_abandoned_after_its_time() -> None:
     hanging = ScriptedSource([])
     bench = Bench(hanging)

@@ -18,6 +18,9 @@ from edgefusion.types import Frame, Health, HealthState
 Opener = Callable[[], PictureSource]
 """Starts to capture. Raises PipeEndedError where it cannot."""
 
+_TURN_NS = 200_000_000
+"""No turn waits for longer: a process that was halted has not seen its camera hang meanwhile."""
+
 
 class CaptureLoop:
     """What the thread of a camera repeats. `step` is that thread's; the rest is anyone's, and never waits for it."""
@@ -27,7 +30,7 @@ class CaptureLoop:
         self._ring = FrameRing(round(config.keep_s * 1e9), clock)
         self._state, self._lock = CameraState(config), threading.Lock()
         self._source: PictureSource | None = None
-        self._deadline_ns = 0
+        self._turn_ns = self._patience_ns = 0
         self._first_arrival_ns: int | None = None  # of the source that is open
         self._pause_s, self._open_at_ns = config.first_pause_s, clock()
 
@@ -42,9 +45,17 @@ class CaptureLoop:
             return False
         if picture is not None:
             self._take(picture)
-        elif self._clock() > self._deadline_ns:
+        elif self._is_out_of_patience():
             self._give_up("it hangs, and is opened again")
         return self._source is not None
+
+    def _is_out_of_patience(self) -> bool:
+        before_ns, self._turn_ns = self._turn_ns, self._clock()
+        self._patience_ns -= min(self._turn_ns - before_ns, _TURN_NS)
+        return self._patience_ns < 0
+
+    def _be_patient(self, for_s: float) -> None:
+        self._turn_ns, self._patience_ns = self._clock(), round(for_s * 1e9)
 
     def _open(self) -> bool:
         try:
@@ -53,11 +64,11 @@ class CaptureLoop:
             self._give_up(str(error))
             return False
         self._first_arrival_ns = None
-        self._deadline_ns = self._clock() + round(self._config.open_timeout_s * 1e9)
+        self._be_patient(self._config.open_timeout_s)
         return True
 
     def _take(self, picture: Picture) -> None:
-        self._deadline_ns = self._clock() + round(self._config.read_timeout_s * 1e9)
+        self._be_patient(self._config.read_timeout_s)
         if self._first_arrival_ns is None:
             self._first_arrival_ns = picture.arrival_ns
         with self._lock:
