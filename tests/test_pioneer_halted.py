@@ -46,15 +46,13 @@ def test_a_robot_is_not_lost_by_who_was_halted_and_the_first_that_it_hears_is_ze
 
 
 @HALTS_S
-def test_reports_that_were_read_late_are_stamped_within_a_cycle_of_when_they_were_sent(
-    scene: MakeScene, halted_s: float
-) -> None:
+def test_reports_that_were_read_late_are_stamped_when_they_were_sent(scene: MakeScene, halted_s: float) -> None:
     made = scene(SimulatedPioneer()).started()
     states = halted(made, halted_s)
     assert len(states) >= int(10 * halted_s) - 1
-    now_ns, cycle_s = made.clock(), 0.1
+    now_ns = made.clock()
     for state in states:  # it drives evenly: the way that it has gone since tells how long ago it was there
         gone_m = made.robot.body.odometry.x_m - state.odometry.x_m
         late_s = gone_m / AHEAD.v_mps - (now_ns - state.stamp_ns) / 1e9
-        assert -0.01 <= late_s <= cycle_s
+        assert abs(late_s) <= 0.02
     assert all(a.stamp_ns < b.stamp_ns for a, b in zip(states, states[1:]))

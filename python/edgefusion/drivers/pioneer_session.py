@@ -43,7 +43,8 @@ class Session:
         Raises LinkError, also where the robot began anew, or says nothing that makes sense.
         """
         messages = self._line.receive()
-        states = [state for i, message in enumerate(messages) for state in self._states(message, len(messages) - 1 - i)]
+        newest_ns, behind = self._newest_ns(len(messages)), reversed(range(len(messages)))
+        states = [state for message, b in zip(messages, behind) for state in self._states(message, newest_ns, b)]
         before_ns, self._turn_ns = self._turn_ns, self._line.clock()
         self._nonsense_ns = 0 if states else self._nonsense_ns + min(self._turn_ns - before_ns, _TURN_NS)
         if self._nonsense_ns > NONSENSE_S * 1e9:
@@ -69,7 +70,15 @@ class Session:
                 return True
         return False
 
-    def _states(self, message: Message, behind: int) -> list[RobotState]:
+    def _newest_ns(self, count: int) -> int:
+        """When the newest of so many messages was sent: where several waited, nobody saw it come, and their pace since
+        the last one tells."""
+        came_ns, last = self._line.message_ns, self.reports.state
+        if count < 2 or last is None:
+            return came_ns
+        return max(came_ns - self.info.cycle_ns, min(came_ns, last.stamp_ns + count * self.info.cycle_ns))
+
+    def _states(self, message: Message, newest_ns: int, behind: int) -> list[RobotState]:
         """behind: how many have come after it, where the reader was held up: a cycle later each."""
         if isinstance(message, Packet):  # a reply to a handshake that nobody began: to the number of PULSE
             raise RobotError(f"{self._line.link.name}: the robot began anew")
@@ -77,7 +86,7 @@ class Session:
             return []
         # What it was told when it said what comes late, nobody knows any more.
         commanded = None if behind else self.motion.commanded
-        state = self.reports.add(self._line.message_ns - behind * self.info.cycle_ns, message, commanded)
+        state = self.reports.add(newest_ns - behind * self.info.cycle_ns, message, commanded)
         return [] if state is None else [state]
 
 
