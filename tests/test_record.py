@@ -25,6 +25,7 @@ from edgefusion.messages.cdr import decode
 from edgefusion.messages.sensor_msgs import LaserScan
 from edgefusion.messages.std_msgs import String
 from edgefusion.recording.mcap_bag import McapBag
+from edgefusion.recording.mcap_survey import survey
 from mcap_scenes import written
 
 
