@@ -60,6 +60,8 @@ DIAGNOSTICS = Topic("diagnostics", DiagnosticArray)
 MISSION = Topic("mission", String, urgency=Urgency.SOON)
 INSPECTION = Topic("inspection/compressed", CompressedImage, urgency=Urgency.BULK)
 INSPECTION_META = Topic("inspection/meta", String)
+INSPECTION_REQUEST = Topic("inspection/request", String, urgency=Urgency.SOON)
+INSPECTION_ANSWER = Topic("inspection/answer", String)
 DETECTIONS = Topic("detections", Detection2DArray, urgency=Urgency.SOON)
 DETECTIONS_DETAIL = Topic("detections/detail", String, urgency=Urgency.SOON)
 GOAL_POSE = Topic("goal_pose", PoseStamped, Direction.IN, Urgency.COMMAND)
@@ -68,7 +70,8 @@ HEARTBEAT = Topic("operator/heartbeat", String, Direction.IN, Urgency.COMMAND)
 
 _ALL = (
     SCAN, ODOM, TF, TF_STATIC, IMAGE, ANNOTATED, CAMERA_INFO, CLUSTERS, PATH, BATTERY, DIAGNOSTICS, MISSION, INSPECTION,
-    INSPECTION_META, DETECTIONS, DETECTIONS_DETAIL, GOAL_POSE, CMD_VEL, HEARTBEAT,
+    INSPECTION_META, INSPECTION_REQUEST, INSPECTION_ANSWER, DETECTIONS, DETECTIONS_DETAIL, GOAL_POSE, CMD_VEL,
+    HEARTBEAT,
 )  # fmt: skip
 TOPICS: Mapping[str, Topic] = MappingProxyType({topic.name: topic for topic in _ALL})
 

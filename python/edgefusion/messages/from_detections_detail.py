@@ -23,10 +23,11 @@ def from_detections_detail(stamp_ns: int, detections: Sequence[Detection]) -> St
 
     Raises RefusedError for a detection with a number that is not finite.
     """
-    return to_text(DetectionsDetail(stamp_ns=stamp_ns, detections=[_detection(each) for each in detections]))
+    return to_text(DetectionsDetail(stamp_ns=stamp_ns, detections=[from_detection(each) for each in detections]))
 
 
-def _detection(detection: Detection) -> DetectionDetail:
+def from_detection(detection: Detection) -> DetectionDetail:
+    """One of them. Raises RefusedError as from_detections_detail."""
     motion = detection.motion
     x_m, y_m = detection.position_m
     return DetectionDetail(

@@ -34,12 +34,13 @@ def to_detections_detail(message: String) -> Detections:
     """As they were on the robot. Raises WireError for anything else."""
     detail = from_text(message, DetectionsDetail, _NAME)
     try:
-        return Detections(detail.stamp_ns, tuple(_detection(detail.stamp_ns, each) for each in detail.detections))
+        return Detections(detail.stamp_ns, tuple(to_detection(detail.stamp_ns, each) for each in detail.detections))
     except (ValueError, OverflowError) as error:  # an index that fits into no 64 bits
         raise WireError(f"{_NAME}: {error}") from None
 
 
-def _detection(stamp_ns: int, detail: DetectionDetail) -> Detection:
+def to_detection(stamp_ns: int, detail: DetectionDetail) -> Detection:
+    """One of them, in the frame of that stamp. Raises ValueError, OverflowError for what is none."""
     return Detection(
         stamp_ns=stamp_ns,
         class_index=detail.class_index,
