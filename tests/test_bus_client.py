@@ -249,6 +249,13 @@ def test_the_laptops_part_loads_neither_the_core_nor_the_runtime() -> None:
     assert done.stdout.strip() == "[]"
 
 
+def test_a_program_that_closes_nothing_ends_all_the_same(lab: Lab, base: Base) -> None:
+    code = f"import edgefusion; robot = edgefusion.connect({lab.tcp!r}); robot.stop(); found = robot.detections()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert base.asked == [StopRequest()]
+
+
 def test_requests_and_answers_are_strict_json() -> None:
     with pytest.raises(msgspec.ValidationError):
         msgspec.json.decode(b'{"goals":[{"x_m":1,"y_m":2,"z_m":3}]}', type=GotoRequest)

@@ -15,7 +15,7 @@ import zenoh
 
 from bus_lab import Lab, until
 from edgefusion.bus.freshness import CommandLimits, Freshness, Refusal
-from edgefusion.bus.queries import Service, ask
+from edgefusion.bus.queries import MOST_WAITING, Service, ask
 from edgefusion.bus.requests import Answer, GotoRequest, ResumeRequest, StopRequest, read_json
 from edgefusion.bus.tags import Tagger
 from edgefusion.errors import RefusedError
@@ -126,6 +126,26 @@ def test_a_stop_does_not_wait_for_another_request_that_takes_long(lab: Lab) -> N
     free.set()
     waiting.join()
     assert [service.freshness.accepted for service in services] == [1, 1]
+
+
+def test_more_requests_than_can_wait_are_not_kept(lab: Lab) -> None:
+    busy, free = threading.Event(), threading.Event()
+
+    def slow(_: object) -> None:
+        busy.set()
+        free.wait(5)
+
+    service, client, tagger = serve(lab, slow), lab.client(), Tagger()
+    pending = [client.get("robot/stop", payload=b"{}", attachment=tagger.command(60_000), timeout=5.0)]
+    assert busy.wait(5)
+    pending += [
+        client.get("robot/stop", payload=b"{}", attachment=tagger.command(60_000), timeout=5.0)
+        for _ in range(MOST_WAITING + 5)
+    ]
+    assert not any(list(replies) for replies in pending[-5:])
+    free.set()
+    assert all(list(replies) for replies in pending[:-5])
+    assert service.freshness.accepted == 1 + MOST_WAITING
 
 
 def test_a_request_is_sent_again_until_there_is_somebody_to_answer(lab: Lab) -> None:

@@ -25,7 +25,7 @@ class Heartbeat:
     def __init__(self, session: zenoh.Session, robot: str, tagger: Tagger) -> None:
         self._publisher = CommandPublisher(session, robot, HEARTBEAT, tagger, TTL_MS)
         self._ending = threading.Event()
-        self._thread = threading.Thread(target=self._beat, name="heartbeat", daemon=True)
+        self._thread = threading.Thread(target=self._beat, name="heartbeat")
 
     def __enter__(self) -> Heartbeat:
         self._thread.start()

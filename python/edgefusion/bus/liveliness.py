@@ -28,7 +28,7 @@ class Alive:
         self._components: set[str] = set()
         guarded: Guarded[zenoh.Sample] = Guarded(key_of(robot, ALIVE), self._change)
         self._subscriber: Declared = session.liveliness().declare_subscriber(
-            key_of(robot, f"{ALIVE}/*"), guarded, history=True
+            key_of(robot, f"{ALIVE}/*"), guarded.handler, history=True
         )
 
     @property

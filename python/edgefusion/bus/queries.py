@@ -5,8 +5,11 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time
-from typing import Callable, Generic, Optional, Type, TypeVar
+from contextlib import suppress
+from queue import Full, Queue
+from typing import Callable, Generic, Optional, Tuple, Type, TypeVar
 
 import msgspec
 import zenoh
@@ -23,12 +26,15 @@ log = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=msgspec.Struct)
 
+MOST_WAITING = 16
+"""So many requests wait for the one that is being done."""
+
 AGAIN_S = 0.1
 """After so long a request that nobody answered is sent again: the router drops what comes too fast."""
 
 
 class Service(Generic[R]):
-    """Answers the queries on a key, in a thread of Zenoh's that is this key's alone.
+    """Answers the queries on a key, in a thread that is this key's alone.
 
     handle: does what is asked for, or raises RefusedError or TimeoutError with what is answered then.
     """
@@ -44,23 +50,40 @@ class Service(Generic[R]):
     ) -> None:
         self._key, self._kind, self._handle = key, kind, handle
         self.freshness, self._clock = freshness, clock
+        self._waiting: Queue[Optional[Tuple[int, zenoh.Query]]] = Queue(MOST_WAITING)
+        threading.Thread(target=self._serve, name=key, daemon=True).start()
         guarded: Guarded[zenoh.Query] = Guarded(key, self._take)
-        self._queryable: Declared = session.declare_queryable(key, guarded)
+        self._queryable: Declared = session.declare_queryable(key, guarded.handler)
 
     def undeclare(self) -> None:
-        """Nobody answers any more."""
+        """Nobody answers any more; those who wait still get their answers."""
         self._queryable.undeclare()
+        self._waiting.put(None)
 
     def _take(self, query: zenoh.Query) -> None:
-        now_ns = self._clock()
+        """One for whom there is no room is not answered, and asks again."""
+        with suppress(Full):
+            self._waiting.put_nowait((self._clock(), query))
+
+    def _serve(self) -> None:
+        respond: Guarded[Tuple[int, zenoh.Query]] = Guarded(self._key, self._respond)
+        while True:
+            waiting = self._waiting.get()
+            if waiting is None:
+                return
+            respond(waiting)
+
+    def _respond(self, waiting: Tuple[int, zenoh.Query]) -> None:
+        received_ns, query = waiting
         with query:  # whose end tells the asker that nothing more comes
             payload = b"" if query.payload is None else query.payload.to_bytes()
             attachment = None if query.attachment is None else query.attachment.to_bytes()
-            answer = msgspec.structs.replace(self._answer(now_ns, payload, attachment), stamp_ns=self._clock())
+            answer = self._answer(received_ns, payload, attachment)
+            answer = msgspec.structs.replace(answer, stamp_ns=self._clock())
             query.reply(self._key, msgspec.json.encode(answer), encoding=zenoh.Encoding.APPLICATION_JSON)
 
-    def _answer(self, now_ns: int, payload: bytes, attachment: Optional[bytes]) -> Answer:
-        refusal = self.freshness.judge(now_ns, now_ns, len(payload), attachment)
+    def _answer(self, received_ns: int, payload: bytes, attachment: Optional[bytes]) -> Answer:
+        refusal = self.freshness.judge(self._clock(), received_ns, len(payload), attachment)
         if refusal is not None:
             return Answer(False, refusal.value)
         try:

@@ -8,6 +8,7 @@ that do not find each other. A client that was let in once finds the router agai
 
 from __future__ import annotations
 
+import atexit
 import json
 from pathlib import Path
 from typing import Any, Mapping, Optional, Protocol
@@ -96,8 +97,14 @@ def client_tls(keys: Optional[KeyFiles]) -> dict[str, Any]:
 
 
 def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
-    """A session with these settings and Zenoh's defaults for the rest. Raises zenoh.ZError."""
+    """A session with these settings and Zenoh's defaults for the rest. Raises zenoh.ZError.
+
+    One that nobody has closed is closed when the program ends: else a callback might come into its ruins.
+    """
     config = zenoh.Config()
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
-    return zenoh.open(config)
+    session = zenoh.open(config)
+    closable: Closable = session
+    atexit.register(closable.close)
+    return session

@@ -50,7 +50,7 @@ class Subscriber:
         self._news = threading.Condition()
         self.received = self.dropped = 0
         self._guarded: Guarded[zenoh.Sample] = Guarded(key, self._take_in)
-        self._subscriber: Declared = session.declare_subscriber(key, self._guarded)
+        self._subscriber: Declared = session.declare_subscriber(key, self._guarded.handler)
 
     @property
     def failures(self) -> int:
