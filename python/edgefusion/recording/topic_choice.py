@@ -34,6 +34,10 @@ class TopicNames:
 ANY = TopicNames()
 
 
+class NotThereError(RefusedError):
+    """The bag has no such topic, and none was asked for by name."""
+
+
 def scan_topic(bag: Bag, names: TopicNames) -> BagTopic:
     """The laser's. Raises RefusedError, which lists the topics."""
     return _choose(bag, "laser scans", "--scan-topic", names.scan, SCAN_NAMES, (ros_name(LaserScan),))
@@ -68,7 +72,7 @@ def _choose(
     if len(found) == 1:
         return found[0]
     if not found:
-        raise RefusedError(f"{bag.path}: expected a topic of {what} ({' or '.join(types)}), found {table(bag)}")
+        raise NotThereError(f"{bag.path}: expected a topic of {what} ({' or '.join(types)}), found {table(bag)}")
     several = ", ".join(topic.name for topic in found)
     raise RefusedError(f"{bag.path}: several topics of {what}, {several}: {option} chooses one")
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from edgefusion.recording.recording import Recording
+    from edgefusion.recording.topic_choice import TopicNames
 
 FORMATS = """RECORDING is a folder with images/000000.jpg ..., scans.npz and calibration.toml or .json; an MCAP file, as
 `edgefusion record` or ROS 2 writes it; a bag of ROS 1 or rosbag2; or a CARMEN log. The topics of a bag are found by
@@ -27,6 +28,12 @@ def add_recording(parser: argparse.ArgumentParser) -> None:
 def open_asked(args: argparse.Namespace) -> Recording:
     """The recording. Raises RefusedError."""
     from edgefusion.recording.recording import open_recording
+
+    return open_recording(args.recording, topic_names(args))
+
+
+def topic_names(args: argparse.Namespace) -> TopicNames:
+    """The topics that were asked for."""
     from edgefusion.recording.topic_choice import TopicNames
 
-    return open_recording(args.recording, TopicNames(args.scan_topic, args.image_topic, args.camera_info_topic))
+    return TopicNames(args.scan_topic, args.image_topic, args.camera_info_topic)

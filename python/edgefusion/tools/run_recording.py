@@ -42,7 +42,7 @@ def detect_all(
     tally = Tally()
     pairs = CapturedTogether(recording, calibration, config.sync)
     for index, pair in tqdm(pairs, total=recording.frames, unit="frame", disable=None, file=sys.stderr):
-        _check_size(recording, index, pair.frame, calibration)
+        check_size(recording, index, pair.frame, calibration)
         detections = [d for d in detector.detect(pair.scan, pair.frame) if not wanted or d.label in wanted]
         results.write_detections(index, detections)
         tally.add(detections, detector.times)
@@ -113,7 +113,8 @@ class CapturedTogether:
         return int(np.abs(np.stack(around) - frames_ns).min())
 
 
-def _check_size(recording: Recording, index: int, frame: Frame, calibration: Calibration) -> None:
+def check_size(recording: Recording, index: int, frame: Frame, calibration: Calibration) -> None:
+    """Raises RefusedError where a frame is not of the size that the calibration is for."""
     height, width = frame.image.shape[:2]
     if (width, height) != calibration.image_size:
         expected = "x".join(map(str, calibration.image_size))

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""What `edgefusion replay` does with a bus."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import uuid
+from contextlib import contextmanager
+from typing import Callable, Iterator, NamedTuple, Optional, Sequence
+
+import zenoh
+from tqdm import tqdm
+
+from edgefusion.bus.router import open_router
+from edgefusion.bus.session import open_client
+from edgefusion.bus.topics import CAMERA_INFO, IMAGE, SCAN, TF_STATIC, Topic
+from edgefusion.perception.calibration import Calibration
+from edgefusion.recording.folder import FolderRecording
+from edgefusion.recording.recording import open_bag, open_recording
+from edgefusion.tools.bus_options import asked_endpoint, bus_config
+from edgefusion.tools.recording_calibration import find_calibration
+from edgefusion.tools.recording_options import topic_names
+from edgefusion.tools.replay_loop import Pace, Stage
+from edgefusion.tools.replay_samples import Sample, bag_samples, drive_samples, plan
+
+
+class Programme(NamedTuple):
+    """What is to be put: on which topics, how many samples where that is known, and what makes them anew."""
+
+    topics: Sequence[Topic]
+    total: Optional[int]
+    samples: Callable[[], Iterator[Sample]]
+
+
+def play(args: argparse.Namespace) -> int:
+    """Puts a recording on a bus. Raises RefusedError, OSError where the bus fails."""
+    programme = _programme(args)
+    with _session(args) as (session, robot):
+        stage = Stage(session, robot, programme.topics, f"replay-{uuid.uuid4().hex}")
+        if args.wait:
+            stage.wait_for_listeners()
+        count = _play_once(programme, stage, Pace(args.speed))
+        while args.loop:
+            _play_once(programme, stage, Pace(args.speed))
+    print(f"{args.recording}: {count} messages")
+    return 0
+
+
+def _play_once(programme: Programme, stage: Stage, pace: Pace) -> int:
+    count = 0
+    for sample in tqdm(programme.samples(), total=programme.total, unit="message", disable=None, file=sys.stderr):
+        pace.wait(sample.at_ns)
+        stage.put(sample)
+        count += 1
+    return count
+
+
+def _programme(args: argparse.Namespace) -> Programme:
+    bag = open_bag(args.recording)
+    if bag is not None:
+        planned = plan(bag, topic_names(args))
+        total = sum(topic.messages for topic in bag.topics if topic.name in planned)
+        return Programme(list(planned.values()), total, lambda: bag_samples(bag, planned))
+    recording = open_recording(args.recording)
+    calibration: Optional[Calibration] = None
+    if args.calibration is not None or isinstance(recording, FolderRecording):
+        calibration, _ = find_calibration(recording, args.calibration)
+    return Programme(
+        [SCAN, IMAGE, CAMERA_INFO, TF_STATIC],
+        3 * recording.frames + 1 if recording.frames else None,
+        lambda: drive_samples(recording, calibration),
+    )
+
+
+@contextmanager
+def _session(args: argparse.Namespace) -> Iterator[tuple[zenoh.Session, str]]:
+    """A bus of its own, or that to which it shall connect; and the robot's name there."""
+    if args.connect is None:
+        config = bus_config(args)
+        with open_router(config) as session:
+            yield session, config.robot
+    else:
+        endpoint = asked_endpoint(args)
+        with open_client(endpoint.address, endpoint.keys, lease_s=endpoint.lease_s) as session:
+            yield session, endpoint.robot
