@@ -33,6 +33,7 @@ def build_parser() -> argparse.ArgumentParser:
         model,
         record,
         recover,
+        replay,
         robot,
         run,
         sim,
@@ -46,7 +47,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"edgefusion {__version__}")
     verbs = parser.add_subparsers(title="verbs", metavar="VERB", required=True)
-    for tool in (config, demo, detect, doctor, evaluate, keys, laser, model, record, recover, robot, run, sim):
+    for tool in (config, demo, detect, doctor, evaluate, keys, laser, model, record, recover, replay, robot, run, sim):
         tool.add_parser(verbs)
     return parser
 
