@@ -106,6 +106,17 @@ def test_in_free_space_the_way_ahead_is_one_straight_leg_and_a_turn_a_turn() -> 
     assert way == 0 and turn == pytest.approx(math.pi / 2, abs=0.05)
 
 
+def test_the_end_of_a_leg_tells_which_way_it_turned() -> None:
+    map_ = known_map(NO_OTHERS)
+    legs = searched(map_, computed(map_, (0.0, 0.0)), pose=(0.0, 0.0, math.pi))
+    assert len(legs) == 2 and all(way == 0 for way, _, _ in legs)
+    assert abs(sum(turn for _, turn, _ in legs)) == pytest.approx(math.pi, abs=0.15)
+    heading = 0.0
+    for _, turn, end in legs:
+        assert math.remainder(end[2] - heading, 2 * math.pi) == pytest.approx(turn)
+        heading = end[2]
+
+
 @settings(max_examples=8)
 @given(st.integers(0, 10**6), st.integers(1, 5000))
 def test_portions_give_the_same_legs(seed: int, portion: int) -> None:

@@ -33,6 +33,7 @@ constexpr double kFreeAgain = 3.0;
 constexpr double kAlong = 0.5;
 // Between two poses that are tried no point of the hull moves farther [m].
 constexpr double kStride = 0.025;
+constexpr double kLongestTurn = 0.75 * kPi;
 constexpr double kRounding = 1e-9;
 
 double turned(double a, double b) {
@@ -229,7 +230,8 @@ bool Manoeuvre::advance(const ObstacleMap& map, const Potential& potential, std:
   return !running_;
 }
 
-// From the end back to the start; steps of one kind in a row are one leg.
+// From the end back to the start; steps of one kind in a row are one leg, as long as its end's heading tells which way
+// it turned.
 void Manoeuvre::finish(std::int32_t node) {
   running_ = false;
   std::int8_t before = -1;
@@ -237,7 +239,7 @@ void Manoeuvre::finish(std::int32_t node) {
        node = nodes_[static_cast<std::size_t>(node)].parent) {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
     const Step& step = steps()[static_cast<std::size_t>(n.step)];
-    if (n.step == before) {
+    if (n.step == before && std::abs(legs_.back().turn + step.turn) < kLongestTurn) {
       legs_.back().way += step.way;
       legs_.back().turn += step.turn;
     } else {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "edgefusion/cells.hpp"
@@ -20,7 +21,11 @@ constexpr int kHit = 3, kStrongest = 12;
 constexpr int kMeanOf = 12;
 // A point that one beam gave may be off by this [m], the mean of many by less; farther apart, two cells' points are
 // different things.
-constexpr double kNoise = 0.03;
+constexpr double kNoise = 0.035;
+// How much of a cell's reach each further beam lets it forget.
+constexpr float kForget = 1.0f / 64;
+// Ends nearer to the mean than this say nothing new [m].
+constexpr double kApart = 0.005;
 constexpr std::uint8_t kMostHits = 100;
 // A beam that passes farther from the point than this says nothing about it: it may be a wall that the beam grazes.
 constexpr double kThrough = 0.02;
@@ -113,11 +118,12 @@ void ObstacleMap::insert(const LaserScan& scan, std::uint32_t now_ms) {
     range = std::max(range, scan.range_min);  // nearer than that is as near as that
     const double angle =
         scan.poses[3 * i + 2] + scan.angle_min + scan.angle_increment * static_cast<double>(i);
-    hit(scan.poses[3 * i] + range * std::cos(angle), scan.poses[3 * i + 1] + range * std::sin(angle), now_ms);
+    const double dx = std::cos(angle), dy = std::sin(angle);
+    hit(scan.poses[3 * i] + range * dx, scan.poses[3 * i + 1] + range * dy, dx, dy, now_ms);
   }
 }
 
-void ObstacleMap::hit(double x, double y, std::uint32_t now_ms) {
+void ObstacleMap::hit(double x, double y, double dx, double dy, std::uint32_t now_ms) {
   const std::int32_t c = column_of(x), r = column_of(y);
   if (!window_.holds(c, r)) return;
   Cell& cell = cells_[window_.index(c, r)];
@@ -131,9 +137,36 @@ void ObstacleMap::hit(double x, double y, std::uint32_t now_ms) {
   const float share = 1.0f / static_cast<float>(cell.points);
   cell.x += share * (static_cast<float>(x) - cell.x);
   cell.y += share * (static_cast<float>(y) - cell.y);
+  stretch(cell, x, y, dx, dy);
   cell.evidence = static_cast<std::uint8_t>(std::min<int>(cell.evidence + kHit, kStrongest));
   cell.seen = 1;
   count(c, r);
+}
+
+// How far the points reach to either side of the beam (dx, dy): there they are exact, along the beam noisy. What is not
+// seen again is slowly forgotten.
+void ObstacleMap::stretch(Cell& cell, double x, double y, double dx, double dy) {
+  const double mean_x = static_cast<double>(cell.x), mean_y = static_cast<double>(cell.y);
+  const auto across = [&](double px, double py) { return (py - mean_y) * dx - (px - mean_x) * dy; };
+  const auto end = [&](double at) {
+    return std::pair(static_cast<float>(mean_x - at * dy), static_cast<float>(mean_y + at * dx));
+  };
+  if (cell.points == 1) {
+    std::tie(cell.left_x, cell.left_y) = std::tie(cell.right_x, cell.right_y) = std::pair(cell.x, cell.y);
+    return;
+  }
+  for (float* p : {&cell.left_x, &cell.right_x}) *p += kForget * (cell.x - *p);
+  for (float* p : {&cell.left_y, &cell.right_y}) *p += kForget * (cell.y - *p);
+  double left = across(static_cast<double>(cell.left_x), static_cast<double>(cell.left_y));
+  double right = across(static_cast<double>(cell.right_x), static_cast<double>(cell.right_y));
+  if (left < right) {  // seen from behind
+    std::swap(cell.left_x, cell.right_x);
+    std::swap(cell.left_y, cell.right_y);
+    std::swap(left, right);
+  }
+  const double at = across(x, y);
+  if (at > left) std::tie(cell.left_x, cell.left_y) = end(at);
+  if (at < right) std::tie(cell.right_x, cell.right_y) = end(at);
 }
 
 // All around is halved together, so that the shares stay, and what comes new is soon noticed.
@@ -144,26 +177,45 @@ void ObstacleMap::count(std::int32_t column, std::int32_t row) {
       if (window_.holds(c, r)) cells_[window_.index(c, r)].hits /= 2;
 }
 
+// From a point straight to the surface that a cell shows, nothing where it is farther off than noise reaches.
+ObstacleMap::Point ObstacleMap::to_surface(const Cell& cell, double x, double y) {
+  double dx = static_cast<double>(cell.x) - x, dy = static_cast<double>(cell.y) - y, beside = 0.0;
+  const double long_x = static_cast<double>(cell.left_x - cell.right_x);
+  const double long_y = static_cast<double>(cell.left_y - cell.right_y);
+  const double length = std::hypot(long_x, long_y);
+  if (length > kApart) {
+    const double ux = long_x / length, uy = long_y / length;
+    const double along = dx * ux + dy * uy;
+    const double left = along + (static_cast<double>(cell.left_x - cell.x) * ux + static_cast<double>(cell.left_y - cell.y) * uy);
+    beside = std::max({0.0, -left, left - length});
+    dx -= along * ux;
+    dy -= along * uy;
+  }
+  return dx * dx + dy * dy + beside * beside <= kNoise * kNoise ? Point{dx, dy} : Point{0.0, 0.0};
+}
+
 // Where the surface is that a cell shows: noise spreads it over two cells, and which has how many of its points says
 // where between their means it is. The mean of many points is not off by much, whatever is beside it: it may be a
 // corner.
 ObstacleMap::Point ObstacleMap::surface(std::int32_t column, std::int32_t row) const {
   const Cell& cell = cells_[window_.index(column, row)];
+  const double x = static_cast<double>(cell.x), y = static_cast<double>(cell.y);
   const double hits = std::max<double>(cell.hits, 1.0);
   double all = hits, dx = 0.0, dy = 0.0;
   for (std::int32_t r = row - 1; r <= row + 1; ++r)
     for (std::int32_t c = column - 1; c <= column + 1; ++c) {
       if (!window_.holds(c, r)) continue;
       const Cell& other = cells_[window_.index(c, r)];
-      const double x = static_cast<double>(other.x - cell.x), y = static_cast<double>(other.y - cell.y);
-      if (other.evidence == 0 || x * x + y * y > kNoise * kNoise || &other == &cell) continue;
+      if (other.evidence == 0 || &other == &cell) continue;
+      const Point off = to_surface(other, x, y);
+      if (off.x == 0.0 && off.y == 0.0) continue;
       all += other.hits;
-      dx += other.hits * x;
-      dy += other.hits * y;
+      dx += other.hits * off.x;
+      dy += other.hits * off.y;
     }
   const double shift = std::hypot(dx, dy) / all, most = kNoise / std::sqrt(hits);
   const double share = (shift > most ? most / shift : 1.0) / all;
-  return {static_cast<double>(cell.x) + share * dx, static_cast<double>(cell.y) + share * dy};
+  return {x + share * dx, y + share * dy};
 }
 
 // From cell to cell along a beam.
@@ -241,9 +293,15 @@ void ObstacleMap::points_near(double x, double y, double reach, double depth,
   for_cells_near(x, y, reach, [&](std::size_t i, std::int32_t c, std::int32_t r) {
     const Cell& cell = cells_[i];
     if (cell.evidence > 0) {
-      const Point point = surface(c, r);
-      points.push_back(point.x);
-      points.push_back(point.y);
+      const Point middle = surface(c, r);
+      points.insert(points.end(), {middle.x, middle.y});
+      const double moved_x = middle.x - static_cast<double>(cell.x), moved_y = middle.y - static_cast<double>(cell.y);
+      for (const Point end : {Point{static_cast<double>(cell.left_x), static_cast<double>(cell.left_y)},
+                              Point{static_cast<double>(cell.right_x), static_cast<double>(cell.right_y)}}) {
+        const double dx = end.x + moved_x - middle.x, dy = end.y + moved_y - middle.y;
+        if (dx * dx + dy * dy < kApart * kApart) continue;
+        points.insert(points.end(), {middle.x + 0.5 * dx, middle.y + 0.5 * dy, middle.x + dx, middle.y + dy});
+      }
     } else if (!cell.seen && deep > 0 && near_point(c, r, deep)) {
       points.push_back((c + 0.5) * cell_);
       points.push_back((r + 0.5) * cell_);

@@ -36,11 +36,12 @@ struct MapWindow {
 };
 
 /// What the laser has seen so far, in cells. A cell remembers the mean of the points seen in it, so that a gap is
-/// as wide as it is, not as wide as cells make it.
+/// as wide as it is, not as wide as cells make it, and how far they reach, so that no corner is hidden by a mean.
 class ObstacleMap {
  public:
   struct Cell {
     float x = 0.0f, y = 0.0f;   // mean of the points seen here [m]
+    float left_x = 0.0f, left_y = 0.0f, right_x = 0.0f, right_y = 0.0f;  // how far they reach across the beams [m]
     std::uint8_t evidence = 0;  // above 0: something is here
     std::uint8_t points = 0;    // how many the mean is of, up to a limit
     std::uint8_t hits = 0;      // how many beams ended here lately, beside how many in its neighbours
@@ -92,11 +93,13 @@ class ObstacleMap {
   struct Point {
     double x, y;
   };
+  static Point to_surface(const Cell& cell, double x, double y);
   Point surface(std::int32_t column, std::int32_t row) const;
+  void stretch(Cell& cell, double x, double y, double dx, double dy);
   bool near_point(std::int32_t column, std::int32_t row, std::int32_t cells) const;
   void count(std::int32_t column, std::int32_t row);
   void resize(const MapWindow& window);
-  void hit(double x, double y, std::uint32_t now_ms);
+  void hit(double x, double y, double dx, double dy, std::uint32_t now_ms);
   void trace(double x, double y, double dx, double dy, double length);
   template <typename Visit>
   void for_cells_near(double x, double y, double reach, Visit&& visit) const;
