@@ -186,7 +186,8 @@ ObstacleMap::Point ObstacleMap::to_surface(const Cell& cell, double x, double y)
   if (length > kApart) {
     const double ux = long_x / length, uy = long_y / length;
     const double along = dx * ux + dy * uy;
-    const double left = along + (static_cast<double>(cell.left_x - cell.x) * ux + static_cast<double>(cell.left_y - cell.y) * uy);
+    const double left = along + (static_cast<double>(cell.left_x - cell.x) * ux +
+                                 static_cast<double>(cell.left_y - cell.y) * uy);
     beside = std::max({0.0, -left, left - length});
     dx -= along * ux;
     dy -= along * uy;
@@ -295,7 +296,8 @@ void ObstacleMap::points_near(double x, double y, double reach, double depth,
     if (cell.evidence > 0) {
       const Point middle = surface(c, r);
       points.insert(points.end(), {middle.x, middle.y});
-      const double moved_x = middle.x - static_cast<double>(cell.x), moved_y = middle.y - static_cast<double>(cell.y);
+      const double moved_x = middle.x - static_cast<double>(cell.x),
+                   moved_y = middle.y - static_cast<double>(cell.y);
       for (const Point end : {Point{static_cast<double>(cell.left_x), static_cast<double>(cell.left_y)},
                               Point{static_cast<double>(cell.right_x), static_cast<double>(cell.right_y)}}) {
         const double dx = end.x + moved_x - middle.x, dy = end.y + moved_y - middle.y;

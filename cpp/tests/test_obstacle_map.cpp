@@ -73,7 +73,8 @@ TEST_CASE("beams along the borders of cells, through their corners and out of th
   CHECK(points(map).empty());
 }
 
-TEST_CASE("noise of a surface that reaches into the next cell is taken for the surface, other things are not") {
+TEST_CASE(
+    "noise of a surface that reaches into the next cell is taken for the surface, other things are not") {
   ObstacleMap map = about_origin();
   for (int i = 0; i < 45; ++i) put(map, 1.01, 0.02);
   put(map, 0.985, 0.02);  // 2.5 cm before it
