@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from edgefusion._core import Guard, ObstacleMap, followed
-from navigation_scenes import NONE, P3DX, distance, lines_gap, map_with, p3dx, put, see, wall
+from navigation_scenes import NONE, P3DX, distance, insert, lines_gap, map_with, p3dx, put, see, wall
 
 RAMPS = (0.3, math.radians(100))
 REST = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -302,3 +302,18 @@ def test_the_noise_of_a_surface_in_the_next_cell_is_no_obstacle_but_what_comes_n
     for i in range(12):
         map_.insert([[0, 0, 0]], np.array([0.99], np.float32), stamp_ns=4_100_000_000 + i * 50_000_000, **shot)
     assert guard_among(map_).gap((0, 0, 0)) == pytest.approx(0.99 - 0.21, abs=0.01)
+
+
+@given(st.floats(-0.05, 0.05), st.floats(0.55, 0.65), st.floats(-0.2, 0.2))
+def test_no_corner_hides_behind_the_mean_of_its_cell(end_m: float, far_m: float, aside_m: float) -> None:
+    angles = np.arange(-90, 90.1, 0.5) * math.pi / 180
+    ahead = np.cos(angles) > 0.1
+    ranges = np.full(len(angles), np.inf)
+    ranges[ahead] = far_m / np.cos(angles[ahead])
+    ranges[np.sin(angles) * np.where(ahead, ranges, 0) > end_m] = np.inf  # the wall ends there
+    map_ = map_with(np.zeros((0, 2)), seen_m=2.0)
+    for i in range(10):
+        insert(map_, ranges, angle_min=-math.pi / 2, step=math.radians(0.5), at_s=0.05 * i)
+    pose = (far_m - 0.21 - 0.02, end_m + 0.2125 - 0.03 + aside_m, 0.0)  # 2 cm from the wall, or past it
+    true_m = distance(P3DX, pose, wall((far_m, -2.0), (far_m, end_m), 0.001)).min()
+    assert guard_among(map_, base=(0.3, 0.0)).gap(pose) == pytest.approx(true_m, abs=0.008)

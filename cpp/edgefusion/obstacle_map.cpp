@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
 #include <utility>
 
 #include "edgefusion/cells.hpp"
@@ -24,6 +23,8 @@ constexpr int kMeanOf = 12;
 constexpr double kNoise = 0.035;
 // How much of a cell's reach each further beam lets it forget.
 constexpr float kForget = 1.0f / 64;
+// Beams that end so near to the outermost one are the outermost few [m], and each of them counts so much.
+constexpr double kEnd = 0.006, kEndShare = 0.25;
 // Ends nearer to the mean than this say nothing new [m].
 constexpr double kApart = 0.005;
 constexpr std::uint8_t kMostHits = 100;
@@ -143,30 +144,33 @@ void ObstacleMap::hit(double x, double y, double dx, double dy, std::uint32_t no
   count(c, r);
 }
 
-// How far the points reach to either side of the beam (dx, dy): there they are exact, along the beam noisy. What is not
-// seen again is slowly forgotten.
+// How far the points reach to either side of the beam (dx, dy): there they are exact, along the beam the mean of the
+// outermost few counts. What is not seen again is slowly forgotten.
 void ObstacleMap::stretch(Cell& cell, double x, double y, double dx, double dy) {
-  const double mean_x = static_cast<double>(cell.x), mean_y = static_cast<double>(cell.y);
-  const auto across = [&](double px, double py) { return (py - mean_y) * dx - (px - mean_x) * dy; };
-  const auto end = [&](double at) {
-    return std::pair(static_cast<float>(mean_x - at * dy), static_cast<float>(mean_y + at * dx));
-  };
   if (cell.points == 1) {
-    std::tie(cell.left_x, cell.left_y) = std::tie(cell.right_x, cell.right_y) = std::pair(cell.x, cell.y);
+    cell.left = cell.right = {cell.x, cell.y};
     return;
   }
-  for (float* p : {&cell.left_x, &cell.right_x}) *p += kForget * (cell.x - *p);
-  for (float* p : {&cell.left_y, &cell.right_y}) *p += kForget * (cell.y - *p);
-  double left = across(static_cast<double>(cell.left_x), static_cast<double>(cell.left_y));
-  double right = across(static_cast<double>(cell.right_x), static_cast<double>(cell.right_y));
+  const auto across = [&](double px, double py) { return py * dx - px * dy; };
+  const auto forget = [&](End& end) {
+    end.x += kForget * (cell.x - end.x);
+    end.y += kForget * (cell.y - end.y);
+    return across(static_cast<double>(end.x), static_cast<double>(end.y));
+  };
+  double left = forget(cell.left), right = forget(cell.right);
   if (left < right) {  // seen from behind
-    std::swap(cell.left_x, cell.right_x);
-    std::swap(cell.left_y, cell.right_y);
+    std::swap(cell.left, cell.right);
     std::swap(left, right);
   }
   const double at = across(x, y);
-  if (at > left) std::tie(cell.left_x, cell.left_y) = end(at);
-  if (at < right) std::tie(cell.right_x, cell.right_y) = end(at);
+  const auto reach = [&](End& end, double edge) {
+    const double ahead = static_cast<double>(end.x) * dx + static_cast<double>(end.y) * dy;
+    const double along = ahead + kEndShare * (x * dx + y * dy - ahead);
+    end.x = static_cast<float>(along * dx - edge * dy);
+    end.y = static_cast<float>(along * dy + edge * dx);
+  };
+  if (at > left - kEnd) reach(cell.left, std::max(at, left));
+  if (at < right + kEnd) reach(cell.right, std::min(at, right));
 }
 
 // All around is halved together, so that the shares stay, and what comes new is soon noticed.
@@ -180,14 +184,14 @@ void ObstacleMap::count(std::int32_t column, std::int32_t row) {
 // From a point straight to the surface that a cell shows, nothing where it is farther off than noise reaches.
 ObstacleMap::Point ObstacleMap::to_surface(const Cell& cell, double x, double y) {
   double dx = static_cast<double>(cell.x) - x, dy = static_cast<double>(cell.y) - y, beside = 0.0;
-  const double long_x = static_cast<double>(cell.left_x - cell.right_x);
-  const double long_y = static_cast<double>(cell.left_y - cell.right_y);
+  const double long_x = static_cast<double>(cell.left.x - cell.right.x);
+  const double long_y = static_cast<double>(cell.left.y - cell.right.y);
   const double length = std::hypot(long_x, long_y);
   if (length > kApart) {
     const double ux = long_x / length, uy = long_y / length;
     const double along = dx * ux + dy * uy;
-    const double left = along + (static_cast<double>(cell.left_x - cell.x) * ux +
-                                 static_cast<double>(cell.left_y - cell.y) * uy);
+    const double left = along + (static_cast<double>(cell.left.x - cell.x) * ux +
+                                 static_cast<double>(cell.left.y - cell.y) * uy);
     beside = std::max({0.0, -left, left - length});
     dx -= along * ux;
     dy -= along * uy;
@@ -298,8 +302,8 @@ void ObstacleMap::points_near(double x, double y, double reach, double depth,
       points.insert(points.end(), {middle.x, middle.y});
       const double moved_x = middle.x - static_cast<double>(cell.x),
                    moved_y = middle.y - static_cast<double>(cell.y);
-      for (const Point end : {Point{static_cast<double>(cell.left_x), static_cast<double>(cell.left_y)},
-                              Point{static_cast<double>(cell.right_x), static_cast<double>(cell.right_y)}}) {
+      for (const Point end : {Point{static_cast<double>(cell.left.x), static_cast<double>(cell.left.y)},
+                              Point{static_cast<double>(cell.right.x), static_cast<double>(cell.right.y)}}) {
         const double dx = end.x + moved_x - middle.x, dy = end.y + moved_y - middle.y;
         if (dx * dx + dy * dy < kApart * kApart) continue;
         points.insert(points.end(), {middle.x + 0.5 * dx, middle.y + 0.5 * dy, middle.x + dx, middle.y + dy});

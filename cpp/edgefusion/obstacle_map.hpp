@@ -39,10 +39,12 @@ struct MapWindow {
 /// as wide as it is, not as wide as cells make it, and how far they reach, so that no corner is hidden by a mean.
 class ObstacleMap {
  public:
+  struct End {
+    float x = 0.0f, y = 0.0f;
+  };
   struct Cell {
-    float x = 0.0f, y = 0.0f;  // mean of the points seen here [m]
-    float left_x = 0.0f, left_y = 0.0f, right_x = 0.0f,
-          right_y = 0.0f;       // how far they reach across the beams [m]
+    float x = 0.0f, y = 0.0f;   // mean of the points seen here [m]
+    End left, right;            // how far they reach across the beams
     std::uint8_t evidence = 0;  // above 0: something is here
     std::uint8_t points = 0;    // how many the mean is of, up to a limit
     std::uint8_t hits = 0;      // how many beams ended here lately, beside how many in its neighbours
