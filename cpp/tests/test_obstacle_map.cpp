@@ -81,21 +81,21 @@ TEST_CASE(
   const std::vector<double> one = points(map);
   REQUIRE(one.size() == 4);
   for (const std::size_t x : {0, 2}) CHECK(one[x] == doctest::Approx(1.01).epsilon(0.001));
-  put(map, 1.01, -0.012);  // its corner, 3 cm aside
-  put(map, 0.94, 0.02);    // 7 cm before it
+  put(map, 1.01, -0.02);  // its corner, 4 cm aside
+  put(map, 0.94, 0.02);   // 7 cm before it
   const std::vector<double> all = points(map);
   REQUIRE(all.size() == 8);
-  CHECK(std::count_if(all.begin(), all.end(), [](double v) { return std::abs(v + 0.012) < 1e-6; }) == 1);
+  CHECK(std::count_if(all.begin(), all.end(), [](double v) { return std::abs(v + 0.02) < 1e-6; }) == 1);
   CHECK(std::count_if(all.begin(), all.end(), [](double v) { return std::abs(v - 0.94) < 1e-6; }) == 1);
 }
 
 TEST_CASE("the more beams met a thing, the less is put down to noise") {
   ObstacleMap map = about_origin();
-  for (int i = 0; i < 60; ++i) put(map, 1.01, 0.02);
-  for (int i = 0; i < 25; ++i) put(map, 0.985, 0.02);
+  for (int i = 0; i < 40; ++i) put(map, 1.01, 0.02);
+  for (int i = 0; i < 25; ++i) put(map, 0.985, 0.02);  // twice each
   const std::vector<double> found = points(map);
   REQUIRE(found.size() == 4);
-  CHECK(std::min(found[0], found[2]) == doctest::Approx(0.985 + 0.03 / 5).epsilon(1e-4));
+  CHECK(std::min(found[0], found[2]) == doctest::Approx(0.985 + 0.035 / std::sqrt(50.0)).epsilon(1e-4));
 }
 
 TEST_CASE("a thing beside where another was, which has gone, counts at once") {
@@ -156,4 +156,22 @@ TEST_CASE("cells larger than the space that is to be covered work, too") {
   map.cover(0, 0, 3, 3);
   put(map, 10, 10);
   CHECK(points(map).size() == 2);
+}
+
+TEST_CASE("what a cell shows reaches as far as its points do, from whichever side they are seen") {
+  for (const double side : {1.0, -1.0}) {
+    ObstacleMap map = about_origin();
+    const double heading = side > 0 ? 0.0 : std::acos(-1.0);
+    for (int round = 0; round < 3; ++round)
+      for (double y = 0.002; y < 0.04; y += 0.004) insert(map, {1.01 - side, y, heading}, {1.0f});
+    const std::vector<double> found = points(map);
+    double low = 1.0, high = -1.0;
+    for (std::size_t i = 1; i < found.size(); i += 2) {
+      low = std::min(low, found[i]);
+      high = std::max(high, found[i]);
+    }
+    CHECK(std::abs(low - 0.002) < 0.003);
+    CHECK(std::abs(high - 0.038) < 0.003);
+    for (std::size_t i = 0; i < found.size(); i += 2) CHECK(found[i] == doctest::Approx(1.01).epsilon(1e-4));
+  }
 }

@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 import math
+import os
 
 import pytest
 from virtual_base import S
 
 from edgefusion.navigation.mission_step import MissionState
 
-SEEDS = range(3)
+SEEDS = range(int(os.environ.get("EDGEFUSION_FAULT_SEEDS", "3")))
+"""Three each time; twenty take two minutes."""
 BOTH_SPEEDS = pytest.mark.parametrize(("baudrate", "limit_s"), [(500000, 0.2), (38400, 0.53)])
 CYCLES_S = 0.1
 """Beside the threads of the real base, which read at the same time, the turns of the virtual one cost up to so much."""
