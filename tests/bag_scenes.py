@@ -10,7 +10,6 @@ from typing import Any, Iterator, NamedTuple
 import numpy as np
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import Writer as Writer2
-from rosbags.rosbag2.enums import StoragePlugin
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from edgefusion.messages import Message, ros_name
@@ -35,7 +34,16 @@ STAMPER = Stamper(OFFSET_NS)
 T_BASE_LASER = np.eye(4)
 T_BASE_LASER[2, 3] = LASER_HEIGHT_M
 
-STORES = {"ros1": Stores.ROS1_NOETIC, "sqlite": Stores.ROS2_HUMBLE, "mcap": Stores.ROS2_JAZZY}
+try:
+    from rosbags.rosbag2.enums import StoragePlugin
+except ImportError:  # the newest rosbags for Python 3.8 writes one kind alone
+    SETTINGS = {"ros1": {}, "sqlite": {}}
+else:
+    SETTINGS = {
+        "ros1": {},
+        "sqlite": {"version": 9, "storage_plugin": StoragePlugin.SQLITE3},
+        "mcap": {"version": 9, "storage_plugin": StoragePlugin.MCAP},
+    }
 
 
 class Sample(NamedTuple):
@@ -73,13 +81,12 @@ def write_ours(path: Path, messages: Iterator[Sample]) -> Path:
 
 
 def write_theirs(path: Path, messages: Iterator[Sample], kind: str) -> Path:
-    """By rosbags; kind: one of STORES."""
-    store = get_typestore(STORES[kind])
+    """By rosbags; kind: one of SETTINGS."""
+    store = get_typestore(Stores.ROS1_NOETIC if kind == "ros1" else Stores.ROS2_HUMBLE)
     if kind == "ros1":  # which rosbags does not know there
         tf = "tf2_msgs/msg/TFMessage"
         store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", tf))
-    plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
-    writer: Any = Writer1(path) if kind == "ros1" else Writer2(path, version=9, storage_plugin=plugin)
+    writer: Any = (Writer1 if kind == "ros1" else Writer2)(path, **SETTINGS[kind])
     with writer:
         connections: dict[str, Any] = {}
         for topic, message, log_ns in messages:
@@ -100,5 +107,5 @@ def written_as(kind: str, folder: Path, messages: Iterator[Sample]) -> Path:
     return write_theirs(folder / ("drive.bag" if kind == "ros1" else f"drive-{kind}"), messages, kind)
 
 
-KINDS = ("ours", *STORES)
+KINDS = ("ours", *SETTINGS)
 __all__ = ["KINDS", "FrameTransform", "Sample", "samples", "write_ours", "write_theirs", "written_as"]

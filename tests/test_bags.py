@@ -73,6 +73,7 @@ def test_camera_info_and_tf_static_give_the_calibration_that_the_folder_has(
     assert found.laser_height_m == pytest.approx(expected.laser_height_m)
 
 
+@pytest.mark.skipif("mcap" not in KINDS, reason="the newest rosbags for Python 3.8 reads no single files of MCAP")
 def test_what_we_record_is_what_rosbags_reads(drive: Path, tmp_path: Path) -> None:
     messages = list(samples(drive))
     path = write_ours(tmp_path / "drive.mcap", iter(messages))
@@ -194,6 +195,8 @@ def test_a_file_without_its_end_is_read_as_far_as_it_goes_with_a_warning(
     assert bag.topics == McapBag(whole).topics
 
 
+# rosbags for Python 3.8 leaves files open.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("name", ["a.mcap", "a.bag", "a.db3", "bag/metadata.yaml"])
 @pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n", b"SQLite format 3\x00", b"{}"])
 def test_what_only_looks_like_a_bag_is_refused_by_name(tmp_path: Path, name: str, content: bytes) -> None:

@@ -8,9 +8,9 @@ import re
 import signal
 import subprocess
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Iterator
+from typing import Callable, Iterator
 
 import pytest
 
@@ -53,12 +53,19 @@ def lab() -> Iterator[Lab]:
         yield Lab(stack)
 
 
-def recording(lab: Lab, path: Path, *more: str) -> subprocess.Popen[str]:
+@contextmanager
+def recording(lab: Lab, path: Path, *more: str) -> Iterator[subprocess.Popen[str]]:
     command = [sys.executable, "-m", "edgefusion.cli", "record", str(path), "--connect", lab.tcp, *more]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def messages_in(path: Path) -> int:
+    if not path.exists() or not path.stat().st_size:
+        return 0
     with path.open("rb") as file:
         return sum(survey(file).index.messages.values())
 
@@ -70,18 +77,28 @@ def numbers(path: Path, topic: str) -> list[int]:
     return [int(decode(String, message.data).data) for message in read]
 
 
+def has_told_until(robot: Robot, condition: Callable[[], bool]) -> Callable[[], bool]:
+    """Tells something every time it is asked."""
+
+    def asked() -> bool:
+        robot.tell()
+        return condition()
+
+    return asked
+
+
 def test_what_is_on_the_bus_is_in_the_file_when_the_recording_is_ended(lab: Lab, tmp_path: Path) -> None:
     robot, path = Robot(lab), tmp_path / "a.mcap"
     with recording(lab, path) as process:
-        until(robot.has_listeners)
-        for _ in range(50):
-            robot.tell()
-        until(lambda: messages_in(path) == 100)
+        until(robot.has_listeners, 30)
+        until(has_told_until(robot, lambda: messages_in(path) >= 100), 30)
         process.send_signal(signal.SIGTERM)
         out, err = process.communicate(timeout=20)
     assert (process.returncode, err) == (0, "")
-    assert re.fullmatch(rf"{path}: 100 messages of 2 topics, \S+ MB\n", out)
-    assert numbers(path, "/mission") == numbers(path, "/scan") == list(range(50))
+    missions, scans = numbers(path, "/mission"), numbers(path, "/scan")
+    assert f"{path}: {len(missions) + len(scans)} messages of 2 topics, " in out
+    for found in (missions, scans):  # a full line drops what it cannot take
+        assert 40 < len(found) <= robot.told and found == sorted(set(found)) and found[-1] < robot.told
     assert main(["recover", str(path)]) == 0
 
 
@@ -90,17 +107,12 @@ def test_killed_it_leaves_what_it_had_and_recover_mends_it(
 ) -> None:
     robot, path = Robot(lab), tmp_path / "a.mcap"
     with recording(lab, path, "--topic", "mission") as process:
-        until(lambda: robot._mission.wanted(0))
-
-        def tells_until_it_is_on_the_disk() -> bool:
-            robot.tell()
-            return path.stat().st_size > 20_000
-
-        until(tells_until_it_is_on_the_disk, 20)
+        until(lambda: robot._mission.wanted(0), 30)
+        until(has_told_until(robot, lambda: path.exists() and path.stat().st_size > 20_000), 30)
         process.kill()
     assert main(["recover", str(path)]) == 0
     kept = numbers(path, "/mission")
-    assert kept == list(range(len(kept))) and 100 < len(kept) <= robot.told
+    assert kept == sorted(set(kept)) and 100 < len(kept) <= robot.told
     assert McapBag(path).topics[0].name == "/mission" and len(McapBag(path).topics) == 1
     assert capsys.readouterr().out.startswith(f"{path}: mended, {len(kept)} messages of ")
 

@@ -184,10 +184,11 @@ def test_without_connect_it_is_a_bus_of_its_own_that_one_may_join(drive: Path, t
     config.write_text(f'version = 1\n[bus]\nlisten = ["{lab.tcp}"]\nrobot = "rover"\n', encoding="utf-8")
     command = [sys.executable, "-m", "edgefusion.cli", "replay", str(drive), "--config", str(config), "--wait"]
     with subprocess.Popen([*command, "--speed", "max", "--loop"], stderr=subprocess.PIPE) as process:
-        sink = Sink(lab.keep(open_client(lab.tcp, timeout_s=30)), "rover/scan")
-        until(lambda: len(sink.samples) > 2 * FRAMES, 20)
-        process.terminate()
-        process.wait(20)
+        try:
+            sink = Sink(lab.keep(open_client(lab.tcp, timeout_s=30)), "rover/scan")
+            until(lambda: len(sink.samples) > 2 * FRAMES, 30)
+        finally:
+            process.kill()
 
 
 def test_where_a_router_is_a_replay_does_not_come_between(drive: Path, tmp_path: Path, lab: Lab) -> None:

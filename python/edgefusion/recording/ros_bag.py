@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
-from typing import AbstractSet, Dict, Iterator, Optional, Tuple
+from typing import AbstractSet, Any, Dict, Iterator, Optional, Tuple
 
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
@@ -59,6 +59,12 @@ class RosBag:
 def _with_headers_of_ros2(types: Typestore) -> Typestore:
     """The types of a bag of ROS 1 as they are in CDR, where headers have no number."""
     store = get_typestore(Stores.EMPTY)
-    header = get_typestore(Stores.ROS2_HUMBLE).fielddefs[_HEADER]
-    store.register({**types.fielddefs, _HEADER: header})
+    header = _fields(get_typestore(Stores.ROS2_HUMBLE))[_HEADER]
+    store.register({**_fields(types), _HEADER: header})
     return store
+
+
+def _fields(types: Any) -> Dict[str, Any]:
+    """rosbags for Python 3.8 has them under another name."""
+    fields: Dict[str, Any] = getattr(types, "fielddefs", None) or types.FIELDDEFS
+    return fields
