@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -133,3 +134,20 @@ def test_without_leave_to_drive_on_vision_is_required() -> None:
 def test_settings_that_make_no_sense_are_refused(settings: dict[str, object], name: str) -> None:
     with pytest.raises(RefusedError, match=f"^{name}: "):
         ServiceConfig(**settings)
+
+
+def run_verb(config: Path) -> subprocess.CompletedProcess[str]:
+    argv = [sys.executable, "-m", "edgefusion.cli", "run", "--config", str(config)]
+    return subprocess.run(argv, capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.parametrize("content", [None, "[service]\nprocesses = []\n"])
+def test_a_configuration_that_will_not_do_is_refused_before_anything_is_started(
+    tmp_path: Path, content: str | None
+) -> None:
+    config = tmp_path / "robot.toml"
+    if content is not None:
+        config.write_text(content)
+    done = run_verb(config)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert len(done.stderr.splitlines()) == 1 and str(config) in done.stderr
