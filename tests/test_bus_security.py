@@ -15,6 +15,7 @@ from typing import Iterator
 import pytest
 import zenoh
 
+import edgefusion
 from bus_lab import QUIET_S, Lab, Sink, free_port, make_keys, until
 from bus_sockets import listening
 from edgefusion.bus.freshness import CommandLimits, Freshness
@@ -163,8 +164,16 @@ def test_a_router_without_the_robots_certificate_is_not_believed(lab: Lab, keys:
     impostor = BusConfig(listen=(f"tls/localhost:{free_port()}",), keys=str(keys / "viewer"))
     with open_router(impostor), pytest.raises(UnreachableError):
         open_client(impostor.listen[0], keys / "operator", timeout_s=0.2)
-    with pytest.raises(UnreachableError, match="the host's name"):
-        open_client(lab.tls.replace("localhost", "127.0.0.2"), keys / "operator", timeout_s=0.2)
+    elsewhere = BusConfig(listen=(f"tls/127.0.0.2:{free_port()}",), keys=str(keys / "robot"))
+    with open_router(elsewhere), pytest.raises(UnreachableError, match="the host's name"):
+        open_client(elsewhere.listen[0], keys / "operator", timeout_s=0.2)
+
+
+def test_a_laptop_finds_its_keys_where_they_usually_are(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert lab.keys is not None
+    monkeypatch.setenv("EDGEFUSION_KEYS", str(lab.keys / "viewer"))
+    with edgefusion.connect(lab.tls) as robot:
+        assert robot.status.alive == frozenset()
 
 
 def test_a_client_speaks_in_clear_text_to_its_own_computer_alone(keys: Path) -> None:

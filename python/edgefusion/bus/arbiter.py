@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Optional
+from typing import Optional, Tuple
 
 from edgefusion.errors import RefusedError
 from edgefusion.types import Twist2D
@@ -39,15 +39,14 @@ class Arbiter:
     def __init__(self, deadman_ns: int, operator_timeout_ns: Optional[int] = None) -> None:
         self._deadman_ns, self._operator_timeout_ns = deadman_ns, operator_timeout_ns
         self._stopped = ""  # why
-        self._paused = False  # the mission, by an operator
-        self._cmd_vel = Twist2D()
-        self._cmd_vel_ns: Optional[int] = None
+        self._cmd_vel: Optional[Tuple[int, Twist2D]] = (
+            None  # the last since resume, when it came; it pauses the mission
+        )
         self._heartbeat_ns: Optional[int] = None
 
     def cmd_vel(self, received_ns: int, twist: Twist2D) -> None:
         """An operator's command came. While the robot is stopped it is worth nothing, then and later."""
-        if not self._stopped:
-            self._paused, self._cmd_vel, self._cmd_vel_ns = True, twist, received_ns
+        self._cmd_vel = received_ns, twist
 
     def heartbeat(self, received_ns: int) -> None:
         """An operator is there."""
@@ -58,7 +57,6 @@ class Arbiter:
         if not reason:
             raise RefusedError("reason: expected why to stop, got nothing")
         self._stopped = self._stopped or reason
-        self._cmd_vel_ns = None
 
     def resume(self, now_ns: int) -> bool:
         """Leaves stop and pause, for the mission; gives whether there was one.
@@ -68,8 +66,8 @@ class Arbiter:
         missing = self._operator_missing(now_ns)
         if missing:
             raise RefusedError(f"resume: refused: {missing}")
-        left = bool(self._stopped) or self._paused
-        self._stopped, self._paused, self._cmd_vel_ns = "", False, None
+        left = bool(self._stopped) or self._cmd_vel is not None
+        self._stopped, self._cmd_vel = "", None
         return left
 
     def decide(self, now_ns: int) -> Order:
@@ -79,11 +77,10 @@ class Arbiter:
             self.stop(missing)
         if self._stopped:
             return Order(Driver.NOBODY, Twist2D(), self._stopped)
-        if not self._paused:
+        if self._cmd_vel is None:
             return Order(Driver.MISSION, None)
-        if self._cmd_vel_ns is None or now_ns - self._cmd_vel_ns > self._deadman_ns:
-            return Order(Driver.OPERATOR, Twist2D())
-        return Order(Driver.OPERATOR, self._cmd_vel)
+        received_ns, twist = self._cmd_vel
+        return Order(Driver.OPERATOR, twist if now_ns - received_ns <= self._deadman_ns else Twist2D())
 
     def _operator_missing(self, now_ns: int) -> str:
         """Why no operator counts as there; empty where one does, or none is required."""

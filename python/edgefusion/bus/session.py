@@ -70,7 +70,6 @@ def open_member(config: BusConfig, timeout_s: float = 5.0) -> zenoh.Session:
 def common_settings(lease_s: float) -> dict[str, Any]:
     """Closed, and without shared memory, which a killed process would leave behind."""
     return {
-        "listen/endpoints": [],
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "scouting/delay": 0,
