@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from edgefusion.drivers.pioneer_connect import HOST_BAUDS
-from edgefusion.drivers.port_lock import PortLock
+from edgefusion.drivers.port_lock import PortBusyError, PortLock
 from edgefusion.drivers.sip_command import Command, command
 from edgefusion.errors import RefusedError
 from edgefusion.service.last_stop import WITHIN_NS, RobotLine, robot_line, stop_robot
@@ -81,8 +81,10 @@ def test_a_port_that_somebody_else_has_is_left_to_them(driving: Scene) -> None:
     other = PortLock(PORT, "edgefusion robot", driving.locks)
     other.acquire()
     written = len(driving.line.written)
-    with pytest.raises(RuntimeError, match="it is held by edgefusion robot"):
+    begin_ns = driving.clock()
+    with pytest.raises(PortBusyError, match="it is held by edgefusion robot"):
         stop(driving)
+    assert driving.clock() - begin_ns <= 600 * MS
     other.release()
     assert len(driving.line.written) == written
 

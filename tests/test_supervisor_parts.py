@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from edgefusion.config import ServiceConfig
+from edgefusion.drivers.port_lock import PortBusyError
 from edgefusion.errors import RefusedError
 from edgefusion.service import utc
 from edgefusion.service.child_spec import GiveUp
@@ -74,6 +75,14 @@ def test_a_robot_that_may_still_move_is_told_of(error: Exception, caplog: pytest
 
     assert stopped_by(stop, STATUS) == [("base", False)]
     assert "base: its robot may still move" in caplog.text
+
+
+def test_a_robot_that_somebody_else_has_is_left_to_them(caplog: pytest.LogCaptureFixture) -> None:
+    def stop(line: RobotLine, by_ns: int | None) -> int:
+        raise PortBusyError("it is held by edgefusion robot")
+
+    assert stopped_by(stop, STATUS) == [("base", True)]
+    assert "base: its robot is left to who has it: it is held by edgefusion robot" in caplog.text
 
 
 def test_a_status_that_names_no_line_is_told_of_and_one_without_a_robot_is_well(

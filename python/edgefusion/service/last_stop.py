@@ -25,7 +25,7 @@ WITHIN_NS = 2_000_000_000
 _HOLDER = "the supervisor, which stops the robot"
 _ANSWER_S = 0.25
 """A robot reports every 100 ms, which takes 93 ms at 9600 baud."""
-_TRIES, _RETRY_S = 2, 0.01
+_TRIES, _RETRY_S, _BUSY_NS = 2, 0.01, 500_000_000
 
 _REPEATED = STOP * 12
 """More than the 255 bytes that a robot may wait for: its last packet may have been cut off when its sender died, right
@@ -66,8 +66,8 @@ def stop_robot(
 ) -> int:
     """Tells it to stop, at the speed that its line had and, where no report comes, at the others.
 
-    The speed at which it reported after that. by_ns: not later than then. Raises RuntimeError where nothing came, where
-    the port is gone, or where somebody else has it; RefusedError for what is no port.
+    The speed at which it reported after that. by_ns: not later than then. Raises RuntimeError where nothing came, or
+    the port is gone; PortBusyError where somebody else has the robot; RefusedError for what is no port.
     """
     link = Link(where.port, where.baudrate, _HOLDER, clock=clock, lock_folder=lock_folder)
     deadline_ns = clock() + WITHIN_NS if by_ns is None else by_ns
@@ -87,13 +87,17 @@ def stop_robot(
 
 
 def _open(link: Link, deadline_ns: int, clock: Clock, pause: Callable[[float], None]) -> None:
-    """Waits for whoever is about to let go of the port."""
+    """Waits for a port to come back, and briefly for whoever is about to let go of it."""
+    busy_until_ns = min(deadline_ns, clock() + _BUSY_NS)
     while True:
         try:
             return link.open()
-        except (PortBusyError, LinkError) as error:
+        except PortBusyError:
+            if clock() >= busy_until_ns:
+                raise
+        except LinkError:
             if clock() >= deadline_ns:
-                raise RuntimeError(str(error)) from error
+                raise
         pause(_RETRY_S)
 
 

@@ -9,6 +9,7 @@ import threading
 from collections import deque
 from typing import Any, Callable, Deque, Mapping, Sequence, Tuple
 
+from edgefusion.drivers.port_lock import PortBusyError
 from edgefusion.errors import RefusedError
 from edgefusion.service.last_stop import RobotLine, robot_line, stop_robot
 
@@ -31,8 +32,8 @@ class RobotStops:
         threading.Thread(target=self._run, args=(name, status, by_ns), name=f"stop {name}", daemon=True).start()
 
     def take(self) -> Sequence[Tuple[str, bool]]:
-        """Those that are over since the last time: which child's, and whether the robot is known to have heard it, or
-        the child never had one."""
+        """Those that are over since the last time: which child's, and whether its robot is known to have heard it, or
+        is nobody's business here."""
         over = []
         while self._over:
             over.append(self._over.popleft())
@@ -42,6 +43,9 @@ class RobotStops:
         stopped = False
         try:
             stopped = self._try(name, status, by_ns)
+        except PortBusyError as error:
+            _LOG.warning("%s: its robot is left to who has it: %s", name, error)
+            stopped = True
         except (RuntimeError, RefusedError) as error:
             _LOG.error("%s: its robot may still move: %s", name, error)
         except Exception:
