@@ -151,7 +151,7 @@ class Errand:
         if descent.direction is None:
             return None
         off = descent.direction - at.theta
-        arriving_mps = _CREEP_MPS + law.approach_speed_mps(descent.left_m, self._base)
+        arriving_mps = _CREEP_MPS + law.approach_speed_mps(descent.way_left_m, self._base)
         speed_mps = min(descent.pull * self._base.max_speed_mps, arriving_mps)
         return law.drive((math.cos(off), math.sin(off)), speed_mps, self._base)
 
