@@ -30,7 +30,7 @@ EXAMPLES = """examples:
 
 Exit codes: 0 as it should be, or no worse than a loaded machine explains, 1 otherwise."""
 
-PARTS = {"L": "laser", "R": "robot", "C": "camera", "Z": "bus", "P": "supervisor"}
+PARTS = {"L": "laser", "R": "robot", "C": "camera", "Z": "bus", "P": "supervisor", "Y": "recording"}
 HEADER = ("figure", "fault, and until what", "aim", "median", "worst", "runs", "", "remark")
 
 
@@ -76,8 +76,8 @@ def _parser() -> argparse.ArgumentParser:
         "--only",
         type=_letters,
         default=list(PARTS),
-        metavar="L,R,C,Z,P",
-        help="laser, robot, camera, bus, processes (default: all)",
+        metavar="L,R,C,Z,P,Y",
+        help="laser, robot, camera, bus, processes, recording (default: all)",
     )
     parser.add_argument("--seeds", type=whole_number(1, 1000), default=5, metavar="N", help="runs of each (default: 5)")
     parser.add_argument(
