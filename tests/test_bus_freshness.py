@@ -147,6 +147,12 @@ def test_a_rate_limit_holds_in_every_stretch_of_time(max_hz: float, burst: int, 
             assert count <= burst + (end_ns - start_ns) * max_hz / 1e9 + 1e-6
 
 
+def test_after_a_long_pause_no_more_come_at_once_than_the_burst() -> None:
+    limit = RateLimit(50, 3)
+    for now_ns in (0, 10**12, 10**15):
+        assert [limit.allows(now_ns) for _ in range(5)] == [True, True, True, False, False]
+
+
 def test_a_tagger_numbers_what_it_sends() -> None:
     tagger = Tagger("me")
     sample = read_tag(SampleTag, tagger.sample("boot", 7))
