@@ -304,16 +304,19 @@ def test_the_noise_of_a_surface_in_the_next_cell_is_no_obstacle_but_what_comes_n
     assert guard_among(map_).gap((0, 0, 0)) == pytest.approx(0.99 - 0.21, abs=0.01)
 
 
-@given(st.floats(-0.05, 0.05), st.floats(0.55, 0.65), st.floats(-0.2, 0.2))
-def test_no_corner_hides_behind_the_mean_of_its_cell(end_m: float, far_m: float, aside_m: float) -> None:
+@given(st.sampled_from((1, -1)), st.floats(-0.05, 0.05), st.floats(0.3, 0.65), st.floats(-0.2, 0.2))
+def test_no_corner_of_a_wall_ahead_hides_behind_the_mean_of_its_cell(
+    side: int, end_m: float, far_m: float, aside_m: float
+) -> None:
+    """The wall ends at its left, where the sweep comes last, or at its right."""
     angles = np.arange(-90, 90.1, 0.5) * math.pi / 180
     ahead = np.cos(angles) > 0.1
     ranges = np.full(len(angles), np.inf)
     ranges[ahead] = far_m / np.cos(angles[ahead])
-    ranges[np.sin(angles) * np.where(ahead, ranges, 0) > end_m] = np.inf  # the wall ends there
+    ranges[side * np.sin(angles) * np.where(ahead, ranges, 0) > end_m] = np.inf  # the wall ends there
     map_ = map_with(np.zeros((0, 2)), seen_m=2.0)
     for i in range(10):
         insert(map_, ranges, angle_min=-math.pi / 2, step=math.radians(0.5), at_s=0.05 * i)
-    pose = (far_m - 0.21 - 0.02, end_m + 0.2125 - 0.03 + aside_m, 0.0)  # 2 cm from the wall, or past it
-    true_m = distance(P3DX, pose, wall((far_m, -2.0), (far_m, end_m), 0.001)).min()
-    assert guard_among(map_, base=(0.3, 0.0)).gap(pose) == pytest.approx(true_m, abs=0.008)
+    pose = (far_m - 0.21 - 0.02, side * (end_m + 0.2125 - 0.03 + aside_m), 0.0)  # 2 cm from the wall, or past it
+    true_m = distance(P3DX, pose, wall((far_m, -2.0 * side), (far_m, side * end_m), 0.001)).min()
+    assert guard_among(map_, base=(0.3, 0.0)).gap(pose) == pytest.approx(true_m, abs=0.01)
