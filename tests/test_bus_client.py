@@ -250,8 +250,19 @@ def test_the_laptops_part_loads_neither_the_core_nor_the_runtime() -> None:
 
 
 def test_a_program_that_closes_nothing_ends_all_the_same(lab: Lab, base: Base) -> None:
+    """Also while it is told something."""
+    over = threading.Event()
+
+    def talk() -> None:
+        while not over.wait(0.0005):
+            base.say(topics.MISSION, from_mission(report(1, "driving")))
+
+    talking = threading.Thread(target=talk)
+    talking.start()
     code = f"import edgefusion; robot = edgefusion.connect({lab.tcp!r}); robot.stop(); found = robot.detections()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30)
+    over.set()
+    talking.join()
     assert (done.returncode, done.stderr) == (0, "")
     assert base.asked == [StopRequest()]
 
