@@ -24,7 +24,7 @@ T = TypeVar("T")
 class Feed(Generic[T]):
     """clock_id: of the clock whose stamps are taken; None takes any, for who compares them with no clock of his own.
     convert: makes of a message what is wanted, or raises RefusedError. For one thread; `wake` is called in another.
-    refused: how many there were of which nothing came.
+    refused: how many there were of which nothing came; reason: of the newest of them, empty where all were taken.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class Feed(Generic[T]):
     ) -> None:
         self._topic, self._convert, self._clock_id = topic, convert, clock_id
         self._subscriber = Subscriber(session, key_of(robot, topic.name), newest, wake, clock)
-        self.refused = 0
+        self.refused, self.reason = 0, ""
 
     @property
     def waiting(self) -> int:
@@ -70,6 +70,6 @@ class Feed(Generic[T]):
         return tag, self._convert(decode(self._topic.message, received.payload))
 
     def _note(self, reason: str) -> None:
-        self.refused += 1
+        self.refused, self.reason = self.refused + 1, reason
         if self.refused == 1:
             log.warning("%s: refused, and from now on only counted: %s", self._subscriber.key, reason)
