@@ -37,6 +37,7 @@ def build_parser() -> argparse.ArgumentParser:
         robot,
         run,
         sim,
+        vision_verb,
     )
 
     parser = argparse.ArgumentParser(
@@ -47,7 +48,23 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"edgefusion {__version__}")
     verbs = parser.add_subparsers(title="verbs", metavar="VERB", required=True)
-    for tool in (config, demo, detect, doctor, evaluate, keys, laser, model, record, recover, replay, robot, run, sim):
+    for tool in (
+        config,
+        demo,
+        detect,
+        doctor,
+        evaluate,
+        keys,
+        laser,
+        model,
+        record,
+        recover,
+        replay,
+        robot,
+        run,
+        sim,
+        vision_verb,
+    ):
         tool.add_parser(verbs)
     return parser
 
