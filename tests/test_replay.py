@@ -125,6 +125,17 @@ def test_a_folder_tells_scans_images_and_where_the_sensors_are(drive: Path) -> N
     assert [sample.topic.name for sample in drive_samples(recording, None)] == ["scan", "image/compressed"] * FRAMES
 
 
+def test_latencies_do_not_lead_to_before_1970(drive: Path) -> None:
+    recording = FolderRecording(drive)
+    calibration = replace(find_calibration(recording, None).calibration, laser_latency_ns=S // 5)
+    told = list(drive_samples(recording, calibration))
+    scans = [decode(LaserScan, sample.payload).header.stamp for sample in told if sample.topic is SCAN]
+    images = [decode(CompressedImage, sample.payload).header.stamp for sample in told if sample.topic is IMAGE]
+    assert (scans[0].sec, scans[0].nanosec) == (0, 0)
+    assert (images[0].sec, images[0].nanosec) == (0, S // 5)
+    assert min(sample.stamp_ns for sample in told) == 0
+
+
 @pytest.mark.parametrize("speed", [0.5, 1.0, 20.0])
 def test_samples_are_as_far_apart_as_they_were_recorded_divided_by_the_speed(speed: float) -> None:
     clock = SimClock(start_ns=77)

@@ -16,6 +16,7 @@ from edgefusion.messages.from_scan import from_scan
 from edgefusion.messages.from_transforms import from_transforms
 from edgefusion.messages.intrinsics import Intrinsics
 from edgefusion.messages.sensor_msgs import Image
+from edgefusion.messages.stamps import Stamper
 from edgefusion.messages.transform import mounting
 from edgefusion.perception.calibration import Calibration
 from edgefusion.recording.bag import Bag, BagMessage, BagTopic, naming, table
@@ -29,6 +30,9 @@ from edgefusion.recording.topic_choice import (
     scan_topic,
 )
 from edgefusion.types import Frame, Scan
+
+QUALITY = 95
+"""Of JPEGs that are made of what was recorded otherwise: so that who looks at them finds what the robot found."""
 
 
 class Sample(NamedTuple):
@@ -64,34 +68,41 @@ def bag_samples(bag: Bag, planned: Dict[str, Topic]) -> Iterator[Sample]:
         topic = planned[message.topic]
         if message.type_name == ros_name(Image):
             frame = frame_of(bag, message)
-            yield Sample(topic, encode(from_image(frame, UTC)), frame.stamp_ns, message.log_ns)
+            yield Sample(topic, encode(from_image(frame, UTC, QUALITY)), frame.stamp_ns, message.log_ns)
         else:
             yield Sample(topic, message.data, _stamp_ns(bag, message, topic), message.log_ns)
 
 
 def drive_samples(recording: Recording, calibration: Optional[Calibration]) -> Iterator[Sample]:
-    """Scans and frames of a folder or log and, where the calibration is known, what the bus tells of it."""
+    """Scans and frames of a folder or log and, where the calibration is known, what the bus tells of it.
+
+    Where they begin before 1970, as a recording from 0 on does once latencies are taken off, they begin then.
+    """
     latencies = (0, 0) if calibration is None else (calibration.laser_latency_ns, calibration.camera_latency_ns)
-    for number, message in enumerate(recording.messages(*latencies)):
+    stamper: Optional[Stamper] = None
+    for message in recording.messages(*latencies):
         at_ns = message.stamp_ns
-        if calibration is not None and number == 0:
-            transforms = mounting(calibration.T_base_laser, calibration.T_camera_laser)
-            yield _made(TF_STATIC, from_transforms(at_ns, transforms, UTC), at_ns)
+        if stamper is None:
+            stamper = Stamper(max(0, -at_ns))
+            if calibration is not None:
+                transforms = mounting(calibration.T_base_laser, calibration.T_camera_laser)
+                yield _made(TF_STATIC, from_transforms(at_ns, transforms, stamper), at_ns, stamper)
         if isinstance(message, Scan):
-            yield _made(SCAN, from_scan(message, UTC), at_ns)
+            yield _made(SCAN, from_scan(message, stamper), at_ns, stamper)
         else:
-            yield from _frame_samples(message, calibration)
+            yield from _frame_samples(message, calibration, stamper)
 
 
-def _frame_samples(frame: Frame, calibration: Optional[Calibration]) -> Iterator[Sample]:
+def _frame_samples(frame: Frame, calibration: Optional[Calibration], stamper: Stamper) -> Iterator[Sample]:
+    at_ns = frame.stamp_ns
     if calibration is not None:
         camera = Intrinsics(calibration.image_size, calibration.K, calibration.distortion)
-        yield _made(CAMERA_INFO, from_camera_info(frame.stamp_ns, camera, UTC), frame.stamp_ns)
-    yield _made(IMAGE, from_image(frame, UTC), frame.stamp_ns)
+        yield _made(CAMERA_INFO, from_camera_info(at_ns, camera, stamper), at_ns, stamper)
+    yield _made(IMAGE, from_image(frame, stamper, QUALITY), at_ns, stamper)
 
 
-def _made(topic: Topic, message: Message, at_ns: int) -> Sample:
-    return Sample(topic, encode(message), at_ns, at_ns)
+def _made(topic: Topic, message: Message, at_ns: int, stamper: Stamper) -> Sample:
+    return Sample(topic, encode(message), at_ns + stamper.offset_ns, at_ns)
 
 
 def _is_told(topic: BagTopic) -> bool:
