@@ -20,6 +20,9 @@ from edgefusion.config.bus import BusConfig, check_client_endpoint
 
 RETRY = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
 
+QUEUED = 16
+"""So many packets wait for a line; Zenoh's usual 2 are full as soon as a busy computer is late by a millisecond."""
+
 
 class Declared(Protocol):
     """A subscriber, publisher, queryable or token of Zenoh's."""
@@ -75,6 +78,7 @@ def common_settings(lease_s: float) -> dict[str, Any]:
         "scouting/delay": 0,
         "connect/retry": RETRY,
         "transport/link/tx/lease": round(lease_s * 1e3),
+        **{f"transport/link/tx/queue/size/{priority}": QUEUED for priority in ("real_time", "data_high", "data")},
         "transport/shared_memory/enabled": False,
         "adminspace/enabled": False,
     }
