@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 import signal
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from edgefusion.errors import RefusedError
-from edgefusion.service.child_spec import ChildSpec
+from edgefusion.service.child_spec import ChildSpec, GiveUp
 from edgefusion.service.supervision import END_NS, GRACE_NS, Supervision
 from edgefusion.service.supervision_actions import Send, StopRobot
 from edgefusion.types import HealthState
@@ -126,6 +127,15 @@ def test_a_pause_of_the_whole_machine_is_nobodys_silence() -> None:
     assert [action for _, action in made.done if isinstance(action, Send)] == [Send("base", signal.SIGKILL)]
 
 
+def test_who_falls_silent_after_such_a_pause_gets_no_more_time_than_usual() -> None:
+    made = Supervised()
+    made.run(1)
+    made.turn(30 * S)
+    made.silent = {"base"}
+    made.run(1.6)
+    assert made.done[-2][1] == Send("base", signal.SIGKILL)
+
+
 def test_pauses_double_and_begin_anew_after_it_lived_for_long() -> None:
     made = Supervised(BUS)
     for _ in range(9):
@@ -182,6 +192,15 @@ def test_without_leave_to_drive_on_all_ends_when_vision_is_given_up() -> None:
     fail_vision(made, 5)
     assert made.until_it_ends() <= 0.1
     assert made.up == [] and made.supervision.exit_code == 1
+
+
+def test_the_robot_of_a_base_that_is_given_up_is_stopped_before_all_ends() -> None:
+    made = Supervised(replace(BASE, give_up=GiveUp(1, 60.0)))
+    made.run(1)
+    made.die("base")
+    made.until_it_ends()
+    assert made.story == ["life", "stop"] and made.supervision.exit_code == 1
+    assert made.supervision.in_words() == "base failed: given up after 1 failures: killed by SIGKILL"
 
 
 def test_vision_that_cannot_be_run_is_given_up_too() -> None:
@@ -282,8 +301,28 @@ def test_nobody_is_started_any_more_once_it_ends() -> None:
     made.run(1)
     made.die("vision")
     made.supervision.end(made.clock(), "asked")
+    assert made.until_it_ends() <= 0.1
     made.run(5)
     assert made.starts("vision") == [1.0] and not made.up
+
+
+def test_a_second_wish_to_end_changes_nothing() -> None:
+    made = Supervised()
+    made.run(1)
+    made.deaf = {"vision"}
+    made.supervision.end(made.clock(), "asked")
+    made.run(1.5)
+    made.supervision.end(made.clock(), "asked again", 1)
+    assert made.until_it_ends() == pytest.approx(GRACE_NS / S - 1.5, abs=0.11)
+    assert made.supervision.exit_code == 0
+
+
+def test_who_was_given_up_is_said_to_be_so_at_the_end_too() -> None:
+    made = Supervised()
+    fail_vision(made, 5)
+    made.supervision.end(made.clock(), "asked")
+    made.until_it_ends()
+    assert made.supervision.in_words().startswith("bus failed: ended; base failed: ended; vision failed: given up")
 
 
 def test_two_children_of_one_name_are_refused() -> None:

@@ -12,6 +12,7 @@ import ctypes
 import os
 import signal
 import socket
+from contextlib import suppress
 from typing import Any, Dict, Mapping, MutableMapping, Tuple
 
 import msgspec
@@ -64,13 +65,9 @@ class Heartbeat:
         now_ns = self._clock()
         if self._socket is None or (message == self._sent and now_ns - self._sent_ns < EVERY_NS):
             return
-        try:
+        with suppress(OSError):  # it hangs, and has heard enough by then; or it is gone, which parent_gone() tells
             self._socket.send(message)
             self._sent, self._sent_ns = message, now_ns
-        except BlockingIOError:  # the supervisor hangs, and has heard enough by then
-            pass
-        except OSError:
-            self._gone = True
 
     def parent_gone(self) -> bool:
         """Whether the supervisor is dead: its child is to stop the robot and end."""

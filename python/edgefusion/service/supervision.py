@@ -41,7 +41,6 @@ class Supervision:
         self._actions: List[Action] = []
         self._stepped_ns: int | None = None
         self._ending_ns: int | None = None
-        self._killed_late = False
         self._exit_code = 0
 
     @property
@@ -133,8 +132,7 @@ class Supervision:
         if self._ending_ns is None:
             for child in self._children.values():
                 self._look_at(child, now_ns)
-        elif now_ns - self._ending_ns >= GRACE_NS and not self._killed_late:
-            self._killed_late = True
+        elif now_ns - self._ending_ns >= GRACE_NS:
             for child in self._children.values():
                 if child.state in UP:
                     self._kill(child, "does not end")
