@@ -21,6 +21,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from edgefusion.errors import RefusedError
 from edgefusion.recording.mcap_records import parsed, read_records, records_of_chunk
+from edgefusion.recording.mcap_writer import McapWriter
 from edgefusion.recording.record_file import RecordFile
 from edgefusion.recording.recover import Mended, recover
 from mcap_scenes import START_NS, STEP_NS, memory_file, notes, read_by_mcap, write_notes, written
@@ -147,6 +148,19 @@ def test_what_is_no_mcap_file_is_refused(tmp_path: Path, content: bytes) -> None
     assert (tmp_path / "a.mcap").read_bytes() == content
 
 
+def test_what_is_being_recorded_is_not_mended_nor_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    writer = McapWriter(RecordFile.create(path))
+    before = path.read_bytes()
+    with pytest.raises(RefusedError, match=r"a.mcap: cannot be mended: somebody else is recording there"):
+        recover(path)
+    with pytest.raises(OSError, match="somebody else is recording there"):
+        RecordFile.create(path, overwrite=True)
+    assert path.read_bytes() == before
+    writer.close()
+    assert recover(path).was_whole
+
+
 def test_a_file_that_is_not_there_is_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(RefusedError, match=r"a.mcap: cannot be mended: No such file"):
         recover(tmp_path / "a.mcap")
@@ -171,6 +185,7 @@ KILLED = """
 import sys
 from itertools import count
 from pathlib import Path
+from edgefusion.recording.mcap_writer import McapWriter
 from edgefusion.recording.mcap_writer import McapWriter
 from edgefusion.recording.record_file import RecordFile
 

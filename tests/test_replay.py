@@ -211,6 +211,14 @@ def test_where_a_router_is_a_replay_does_not_come_between(drive: Path, tmp_path:
         args.run(args)
 
 
+def test_bags_are_recorded_and_replayed_where_the_core_is_not_installed() -> None:
+    code = (
+        "import sys; sys.modules['edgefusion._core'] = None; sys.modules['onnxruntime'] = None; "
+        "import edgefusion.tools.replay_bus, edgefusion.tools.record_loop, edgefusion.recording.recover"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     path = save_colour_network(tmp_path_factory.mktemp("network"), {s.name: s.color for s in OBJECTS})

@@ -8,8 +8,7 @@ import zlib
 
 from mcap.records import Chunk, McapRecord, Message, MessageIndex
 
-from edgefusion.recording.mcap_index import bytes_of
-from edgefusion.recording.mcap_records import read_content, records_of_chunk
+from edgefusion.recording.mcap_records import bytes_of, read_content, records_of_chunk
 
 
 def packed_chunk(data: bytes) -> bytes:

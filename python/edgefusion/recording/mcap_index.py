@@ -10,7 +10,6 @@ from collections import Counter
 from io import BytesIO
 from typing import Iterable
 
-from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
@@ -34,6 +33,7 @@ from edgefusion.recording.mcap_records import (
     MAGIC,
     DamagedError,
     Record,
+    bytes_of,
     parsed,
     read_content,
     read_records,
@@ -192,12 +192,3 @@ class McapIndex:
 def bare_ending() -> bytes:
     """What makes a file whole where there is no room for a summary."""
     return bytes_of([DataEnd(0), Footer(0, 0, 0)]) + MAGIC
-
-
-def bytes_of(records: Iterable[McapRecord]) -> bytes:
-    """Records as they are written."""
-    builder = RecordBuilder()
-    for record in records:
-        record.write(builder)
-    data: bytes = builder.end()  # type: ignore[no-untyped-call]
-    return data

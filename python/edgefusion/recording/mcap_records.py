@@ -11,9 +11,9 @@ import os
 import struct
 from io import BytesIO
 from types import MappingProxyType
-from typing import BinaryIO, Iterator, Mapping, NamedTuple, TypeVar
+from typing import BinaryIO, Iterable, Iterator, Mapping, NamedTuple, TypeVar
 
-from mcap.data_stream import ReadDataStream
+from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import get_chunk_data_stream
@@ -103,3 +103,12 @@ def records_of_chunk(chunk: Chunk) -> list[Record]:
     if records and records[-1].end != length:
         raise DamagedError(f"chunk: expected records to byte {length}, got them to byte {records[-1].end}")
     return records
+
+
+def bytes_of(records: Iterable[McapRecord]) -> bytes:
+    """Records as they are written."""
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    data: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return data

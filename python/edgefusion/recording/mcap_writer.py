@@ -8,8 +8,8 @@ from mcap.records import Channel, Header, McapRecord, Message, Schema
 
 from edgefusion import __version__
 from edgefusion.recording.mcap_chunk import packed_chunk
-from edgefusion.recording.mcap_index import McapIndex, bare_ending, bytes_of
-from edgefusion.recording.mcap_records import MAGIC
+from edgefusion.recording.mcap_index import McapIndex, bare_ending
+from edgefusion.recording.mcap_records import MAGIC, bytes_of
 from edgefusion.recording.record_file import RecordFile
 
 CHUNK_BYTES = 1 << 20

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 from pathlib import Path
 from typing import Callable, Union
@@ -26,6 +27,7 @@ def free_bytes(descriptor: int) -> int:
 class RecordFile:
     """A file at whose end whole pieces are written: of one that the disk does not take, nothing stays.
 
+    Nobody else writes there meanwhile: OSError (EBUSY) where somebody does already.
     reserve_bytes: what must be free on the disk after a write, or the write raises OSError (ENOSPC), as does what the
     system refuses. write, free_bytes: of the system.
     """
@@ -39,15 +41,27 @@ class RecordFile:
     ) -> None:
         self._descriptor, self._write, self._free_bytes = descriptor, write, free_bytes
         self._reserve_bytes = reserve_bytes
+        _lock(descriptor)
         self._end = os.lseek(descriptor, 0, os.SEEK_END)
 
     @classmethod
     def create(cls, path: Path, reserve_bytes: int = 0, overwrite: bool = False) -> RecordFile:
         """A new file. Raises OSError, FileExistsError where it is there already and not to be replaced."""
-        how = os.O_TRUNC if overwrite else os.O_EXCL
-        file = cls(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | how, 0o644), reserve_bytes)
+        how = 0 if overwrite else os.O_EXCL
+        file = cls.open(path, os.O_CREAT | how, reserve_bytes)
+        file.cut(0)
         _sync_folder(path.parent)
         return file
+
+    @classmethod
+    def open(cls, path: Path, flags: int = 0, reserve_bytes: int = 0) -> RecordFile:
+        """A file that is there, to go on at its end. flags: of os.open, more than those. Raises OSError."""
+        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | flags, 0o644)
+        try:
+            return cls(descriptor, reserve_bytes)
+        except BaseException:
+            os.close(descriptor)
+            raise
 
     def write(self, data: bytes) -> int:
         """Appends all of the data, or raises OSError and the file is as before."""
@@ -93,6 +107,13 @@ class RecordFile:
     def _write_all(self, data: memoryview) -> None:
         while data:
             data = data[self._write(self._descriptor, data) :]
+
+
+def _lock(descriptor: int) -> None:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise OSError(errno.EBUSY, "somebody else is recording there") from None
 
 
 def _sync_folder(folder: Path) -> None:

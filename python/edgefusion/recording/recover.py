@@ -14,8 +14,7 @@ from mcap.records import Chunk
 
 from edgefusion.errors import RefusedError
 from edgefusion.recording.mcap_chunk import message_indexes, packed_chunk
-from edgefusion.recording.mcap_index import bytes_of
-from edgefusion.recording.mcap_records import DamagedError, parsed, read_records
+from edgefusion.recording.mcap_records import DamagedError, bytes_of, parsed, read_records
 from edgefusion.recording.mcap_survey import Survey, survey, whole_part_of_torn_chunk
 from edgefusion.recording.record_file import RecordFile
 
@@ -74,7 +73,7 @@ def _tail(file: BinaryIO, found: Survey) -> tuple[int, bytes]:
 
 
 def _replace_end(path: Path, keep: int, data: bytes) -> None:
-    file = RecordFile(os.open(path, os.O_RDWR | os.O_CLOEXEC))
+    file = RecordFile.open(path)
     try:
         file.cut(keep)
         file.write(data)

@@ -16,11 +16,9 @@ from tqdm import tqdm
 from edgefusion.bus.router import open_router
 from edgefusion.bus.session import open_client
 from edgefusion.bus.topics import CAMERA_INFO, IMAGE, SCAN, TF_STATIC, Topic
-from edgefusion.perception.calibration import Calibration
 from edgefusion.recording.folder import FolderRecording
 from edgefusion.recording.recording import open_bag, open_recording
 from edgefusion.tools.bus_options import asked_endpoint, bus_config
-from edgefusion.tools.recording_calibration import find_calibration
 from edgefusion.tools.recording_options import topic_names
 from edgefusion.tools.replay_loop import Pace, Stage
 from edgefusion.tools.replay_samples import Sample, bag_samples, drive_samples, plan
@@ -64,8 +62,10 @@ def _programme(args: argparse.Namespace) -> Programme:
         total = sum(topic.messages for topic in bag.topics if topic.name in planned)
         return Programme(list(planned.values()), total, lambda: bag_samples(bag, planned))
     recording = open_recording(args.recording)
-    calibration: Optional[Calibration] = None
+    calibration = None
     if args.calibration is not None or isinstance(recording, FolderRecording):
+        from edgefusion.tools.recording_calibration import find_calibration  # with the core, which bags do not need
+
         calibration, _ = find_calibration(recording, args.calibration)
     return Programme(
         [SCAN, IMAGE, CAMERA_INFO, TF_STATIC],

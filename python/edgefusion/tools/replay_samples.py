@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Callable, Dict, Iterator, NamedTuple, Optional
+from typing import TYPE_CHECKING, Callable, Dict, Iterator, NamedTuple, Optional
 
 from edgefusion.bus.topics import CAMERA_INFO, IMAGE, SCAN, TF_STATIC, TOPICS, Direction, Topic
 from edgefusion.errors import RefusedError
@@ -18,7 +18,6 @@ from edgefusion.messages.intrinsics import Intrinsics
 from edgefusion.messages.sensor_msgs import Image
 from edgefusion.messages.stamps import Stamper
 from edgefusion.messages.transform import mounting
-from edgefusion.perception.calibration import Calibration
 from edgefusion.recording.bag import Bag, BagMessage, BagTopic, naming, table
 from edgefusion.recording.bag_recording import UTC, frame_of
 from edgefusion.recording.recording import Recording
@@ -30,6 +29,9 @@ from edgefusion.recording.topic_choice import (
     scan_topic,
 )
 from edgefusion.types import Frame, Scan
+
+if TYPE_CHECKING:
+    from edgefusion.perception.calibration import Calibration
 
 QUALITY = 95
 """Of JPEGs that are made of what was recorded otherwise: so that who looks at them finds what the robot found."""
