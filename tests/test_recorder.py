@@ -123,6 +123,7 @@ def test_a_full_disk_ends_the_recording_with_one_event_and_a_file_that_is_well(
     assert event.getMessage() == f"{path}: the recording ends here: No space left on device"
     kept = [int(text[:4]) for text in texts(path)]
     assert kept == list(range(len(kept))) and len(kept) > 10
+    assert f"{path}: {len(kept)} messages of 1 topics" in capsys.readouterr().out
     assert recover(path).was_whole
 
 

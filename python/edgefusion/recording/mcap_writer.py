@@ -32,6 +32,11 @@ class McapWriter:
         self._waiting_bytes = 0
         file.write(MAGIC + bytes_of([Header("ros2", f"edgefusion {__version__}")]))
 
+    @property
+    def messages(self) -> int:
+        """How many are in the file; those that wait are not."""
+        return sum(self._index.messages.values())
+
     def add_channel(self, topic: str, type_name: str, definition: str) -> int:
         """A topic, as "/scan", with its type, as "sensor_msgs/msg/LaserScan", and that type's .msg text with all that
         it needs. Returns the number that `write` takes."""

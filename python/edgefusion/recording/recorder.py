@@ -17,7 +17,7 @@ _SEQUENCE_BITS = 32
 
 
 class Recorder:
-    """messages, bytes: how many came, and how long they are together. For one thread.
+    """bytes: how long all that came is together. For one thread.
 
     Methods raise OSError where the disk takes no more; only `close` is left to call then.
     """
@@ -26,7 +26,12 @@ class Recorder:
         self._writer, self._sync_ns = writer, sync_ns
         self._synced_ns = now_ns
         self._channels: Dict[str, int] = {}
-        self.messages = self.bytes = 0
+        self.bytes = 0
+
+    @property
+    def messages(self) -> int:
+        """How many are in the file."""
+        return self._writer.messages
 
     @property
     def topics(self) -> int:
@@ -38,7 +43,6 @@ class Recorder:
         if topic not in self._channels:
             self._channels[topic] = self._writer.add_channel(topic, ros_name(cls), definition(cls))
         self._writer.write(self._channels[topic], data, log_ns, log_ns, sequence % (1 << _SEQUENCE_BITS))
-        self.messages += 1
         self.bytes += len(data)
 
     def sync_if_due(self, now_ns: int) -> None:
