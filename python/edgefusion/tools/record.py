@@ -23,7 +23,7 @@ EXAMPLES = """examples:
 
 Ctrl-C or SIGTERM ends the recording. It is on the disk twice a second, so that a crash costs a second at most
 (`edgefusion recover` mends the file). It ends by itself before the disk is full.
-FILE opens in Foxglove and Rerun, and ROS 2 plays it.
+FILE is of the format that Foxglove, Rerun and rosbag2 read.
 Exit codes: 0 done, 1 the disk or the bus failed, 2 refused input."""
 
 
