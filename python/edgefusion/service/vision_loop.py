@@ -26,12 +26,17 @@ class Detects(Protocol):
 
 
 class VisionLoop:
-    """For one thread. trouble: why nothing is seen now, of the camera or of its frames; empty where all is well."""
+    """For one thread."""
 
     def __init__(self, detector: Detects, eye: Eye, odometry: VisionOdometry, config: SyncConfig, clock: Clock) -> None:
         self._detector, self._eye, self._odometry, self._clock = detector, eye, odometry, clock
         self._pairs, self._frame_ns = NewestPair(config), 0
-        self.trouble = ""
+        self._lost, self._refusal = "", ""
+
+    @property
+    def trouble(self) -> str:
+        """Why nothing is seen now, of the camera or of its frames; empty where all is well."""
+        return self._lost or self._refusal
 
     @property
     def overtaken(self) -> int:
@@ -40,8 +45,8 @@ class VisionLoop:
 
     def step(self, scans: Sequence[Scan]) -> Look | None:
         """What is to be seen, where a pair is complete with these and what the camera gave meanwhile."""
-        self.trouble = self._eye.trouble
-        if self.trouble:
+        self._lost = self._eye.trouble
+        if self._lost:
             self._pairs.forget()
             return None
         frames = self._eye.after(self._frame_ns)
@@ -57,8 +62,9 @@ class VisionLoop:
         try:
             detections = self._detector.detect(*pair, motion)
         except ValueError as error:  # a frame that is not of the calibration's size
-            self.trouble = str(error)
+            self._refusal = str(error)
             return None
+        self._refusal = ""
         if not self._eye.is_fresh:  # of this very frame it was found out meanwhile, perhaps
             return None
         return Look(*pair, pose, tuple(detections), self._detector.times, begun_ns, self._clock())
