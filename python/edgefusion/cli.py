@@ -23,6 +23,8 @@ EXAMPLES = """examples:
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all verbs; each verb's module registers its own options and loads what it needs when run."""
     from edgefusion.tools import (
+        base,
+        bus,
         config,
         demo,
         detect,
@@ -49,6 +51,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"edgefusion {__version__}")
     verbs = parser.add_subparsers(title="verbs", metavar="VERB", required=True)
     for tool in (
+        base,
+        bus,
         config,
         demo,
         detect,

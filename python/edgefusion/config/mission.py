@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import Tuple
+from typing import Optional, Tuple
 
 import msgspec
 
-from edgefusion.config.strict import Seconds, Share, UpTo10, UpTo100, check_fields
+from edgefusion.config.strict import FilePath, Seconds, Share, UpTo10, UpTo100, check_fields
 
 if sys.version_info >= (3, 9):
     from typing import Annotated
@@ -48,6 +48,8 @@ class MissionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     last_look_s: Annotated[float, msgspec.Meta(ge=0, le=60)] = 1.5
     """At the last goal it looks for so long before it says that it has arrived: detections are late, and an object that
     only now comes into view is still inspected."""
+    inspections: Optional[FilePath] = None
+    """The folder where pictures of inspections are kept, each with what is known of it. Left out: nowhere."""
 
     def __post_init__(self) -> None:
         check_fields(self)

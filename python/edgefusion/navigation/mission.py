@@ -8,6 +8,7 @@ import math
 from dataclasses import replace
 from typing import Protocol, Sequence
 
+import msgspec
 import numpy.typing as npt
 
 from edgefusion.config import MissionConfig
@@ -101,6 +102,11 @@ class Mission:
         self._goals.clear()
         if self.state is not MissionState.STOPPED:
             self._become(MissionState.IDLE)
+
+    def inspect(self, interest: Sequence[str]) -> None:
+        """Inspect these from now on, labels or groups, instead of what was of interest; one under way is finished."""
+        self._settings = msgspec.structs.replace(self._settings, interest=tuple(interest))
+        self._sightings.take_interest(self._settings)
 
     def resume(self) -> None:
         """Leave the stop: drive to the goals that are left, or be idle. Raises RefusedError unless it is stopped."""

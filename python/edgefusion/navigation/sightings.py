@@ -29,6 +29,11 @@ class Sightings:
         self.objects = KnownObjects(settings)
         self.unplaced = 0
 
+    def take_interest(self, settings: MissionConfig) -> None:
+        """In something else from now on; what was due for inspection no longer is."""
+        self._settings = settings
+        self.objects.none_due()
+
     def add_pose(self, stamp_ns: int, pose: Pose2D) -> None:
         """Raises RefusedError for a stamp that is not after the last one."""
         self._poses.add(stamp_ns, pose)

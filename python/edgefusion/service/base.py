@@ -5,21 +5,28 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, Sequence, Tuple
+from typing import Callable, Sequence, Tuple, TypeVar
 
 from edgefusion.clock import Clock, system_clock
 from edgefusion.service.base_inputs import Inputs, Outputs
 from edgefusion.service.base_loop import BaseLoop
 from edgefusion.service.cadence import Cadence, Lateness
+from edgefusion.service.device_news import DeviceNews
 from edgefusion.service.device_thread import DeviceThread
 from edgefusion.service.ending import Ending
 from edgefusion.service.laser_device import LaserDevice, LaserDriver
 from edgefusion.service.requests import Requests
-from edgefusion.service.robot_device import RobotDevice, RobotDriver
+from edgefusion.service.robot_device import RobotDevice, RobotDriver, RobotReport
 from edgefusion.service.wake import Wake
 from edgefusion.types import Goal, Scan, Twist2D
 
 JOIN_S = 2.0
+
+R = TypeVar("R")
+
+Inlet = Callable[[int, "DeviceNews[RobotReport]", "DeviceNews[Scan]"], Inputs]
+"""Is asked before every step, in the loop's thread, for what goes into it: the time, and news of robot and laser. It
+must not wait for anything."""
 
 Watcher = Callable[[Outputs], None]
 """Is told of every step, in the loop's thread; it must not wait for anything."""
@@ -27,6 +34,11 @@ Watcher = Callable[[Outputs], None]
 
 def nobody(_: Outputs) -> None:
     """Watches."""
+
+
+def alone(_: int, robot: DeviceNews[RobotReport], laser: DeviceNews[Scan]) -> Inputs:
+    """Nothing comes from other processes."""
+    return Inputs(robot, laser)
 
 
 class Base:
@@ -43,10 +55,11 @@ class Base:
         endings: Tuple[Ending, Ending],
         period_ns: int,
         watcher: Watcher = nobody,
+        inlet: Inlet = alone,
         clock: Clock = system_clock,
         pause: Callable[[float], None] = time.sleep,
     ) -> None:
-        self._loop, self._watcher = loop, watcher
+        self._loop, self._watcher, self._inlet = loop, watcher, inlet
         self._wake = Wake()
         self._requests = Requests(self._wake)
         self._cadence = Cadence(period_ns, clock, self._wake.wait)
@@ -61,6 +74,10 @@ class Base:
     def lateness(self) -> Lateness:
         """How well the pace is kept."""
         return self._cadence.lateness
+
+    def ask(self, call: Callable[[], R]) -> R:
+        """What the call returns in the loop's thread, between two steps, or raises. Raises TimeoutError, too."""
+        return self._requests.ask(call)
 
     def goto(self, goals: Sequence[Goal]) -> None:
         """As BaseLoop.goto. Raises TimeoutError, too."""
@@ -108,7 +125,7 @@ class Base:
             if busy is not None:
                 raise busy
         self._requests.serve()
-        outputs = self._loop.step(now_ns, Inputs(self._robot.news, self._laser.news))
+        outputs = self._loop.step(now_ns, self._inlet(now_ns, self._robot.news, self._laser.news))
         if outputs.enable_motors:
             self._device.enable_motors()
         if outputs.session is not None:

@@ -7,6 +7,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Sequence, Tuple
 
+import numpy as np
+import numpy.typing as npt
+
+from edgefusion.drivers.pioneer_state import RobotState
 from edgefusion.navigation.inspection_result import PictureAnswer
 from edgefusion.navigation.mission_step import MissionStep
 from edgefusion.navigation.safety import Decision
@@ -18,7 +22,8 @@ from edgefusion.types import Detection, Health, Pose2D, Scan, Twist2D
 @dataclass(frozen=True)
 class Inputs:
     """robot, laser: as of now. detections, pictures: vision's, those that came since the last step; detections_ns: of
-    when the newest are, also without one among them. healths: of components beside robot and laser."""
+    when the newest are, also without one among them. healths: of components beside robot and laser. twist: an
+    operator's, who drives instead of the mission."""
 
     robot: DeviceNews[RobotReport]
     laser: DeviceNews[Scan]
@@ -26,6 +31,7 @@ class Inputs:
     detections_ns: int | None = None
     pictures: Sequence[PictureAnswer] = ()
     healths: Tuple[Health, ...] = ()
+    twist: Twist2D | None = None
 
 
 @dataclass(frozen=True)
@@ -34,7 +40,8 @@ class Outputs:
 
     enable_motors: in one step, after a resume that finds them off. pose: in `odom` at stamp_ns; it and mission are
     None until the robot has reported. scan: the newest as if of one instant, in the step where it came. healths: of all
-    components.
+    components. robot: its newest report. paused: whether an operator drives. way_m [k, 2]: the way ahead in `odom`, in
+    some steps a second; None in the others.
     """
 
     stamp_ns: int
@@ -46,3 +53,6 @@ class Outputs:
     decision: Decision
     scan: Scan | None
     healths: Tuple[Health, ...]
+    robot: RobotState | None = None
+    paused: bool = False
+    way_m: npt.NDArray[np.float64] | None = None

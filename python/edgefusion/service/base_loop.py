@@ -13,6 +13,8 @@ import math
 from typing import Sequence, Tuple
 
 import msgspec
+import numpy as np
+import numpy.typing as npt
 
 from edgefusion.config import Config
 from edgefusion.drivers.lms2xx_deskew import deskewed
@@ -29,15 +31,20 @@ from edgefusion.types import Goal, Health, Pose2D, Scan, Twist2D
 
 _UNDER_WAY = (MissionState.DRIVING, MissionState.INSPECTING)
 
+WAY_M = 10.0
+"""So much of the way ahead is told."""
+
 
 class BaseLoop:
-    """scan_age_limit_s: of the laser that is there; what the configuration allows is not exceeded either."""
+    """scan_age_limit_s: of the laser that is there; what the configuration allows is not exceeded either. pose: as of
+    the last step."""
 
     def __init__(self, config: Config, scan_age_limit_s: float = math.inf) -> None:
         limit_s = min(config.safety.max_scan_age_s, config.navigation.max_scan_age_s, scan_age_limit_s)
         self._safety = msgspec.structs.replace(config.safety, max_scan_age_s=limit_s)
         navigation = msgspec.structs.replace(config.navigation, max_scan_age_s=limit_s)
-        self._mission = Mission(config.mission, Navigator(navigation, config.base))
+        self._navigator = Navigator(navigation, config.base)
+        self._mission = Mission(config.mission, self._navigator)
         self._gate = SafetyGate(self._safety, config.base)
         self._poses = PoseTrack(round(self._safety.max_odometry_age_s * 1e9))
         self._T_base_laser = Pose2D(*config.base.laser_pose).matrix()
@@ -48,6 +55,8 @@ class BaseLoop:
         self._sent = Twist2D()
         self._held = False  # since the robot failed, and not by an operator
         self._motors_wanted = False
+        self._way_every_ns, self._way_ns = round(1e9 / config.bus.state_hz), 0
+        self.pose: Pose2D | None = None
 
     def goto(self, goals: Sequence[Goal]) -> None:
         """Drive to these goals, in this order, instead of to those that are left. What a failure of the robot has
@@ -72,6 +81,14 @@ class BaseLoop:
         self._gate.stop(reason)
         self._held = False
 
+    def pause(self, reason: str) -> None:
+        """The mission stands until `resume`: somebody else drives. An inspection ends as by a stop."""
+        self._mission.stop(reason)
+
+    def inspect(self, interest: Sequence[str]) -> None:
+        """What to inspect from now on, labels or groups; none: nothing."""
+        self._mission.inspect(interest)
+
     def resume(self) -> None:
         """Leave the stop, whoever caused it, for the goals that are left; motors that are off are to be switched on.
 
@@ -83,7 +100,7 @@ class BaseLoop:
     def step(self, now_ns: int, inputs: Inputs) -> Outputs:
         """One cycle. Raises RefusedError for a time that is not after the last step's."""
         scan = self._looked_at(inputs)
-        pose = self._pose(now_ns, inputs)
+        pose = self.pose = self._pose(now_ns, inputs)
         mission = None if pose is None else self._mission_step(now_ns, scan, pose, inputs)
         report = inputs.robot.newest
         stamps = Stamps(
@@ -92,7 +109,7 @@ class BaseLoop:
             inputs.detections_ns,
             now_ns,
         )
-        decision = self._gate.step(now_ns, self._healths, stamps, Twist2D() if mission is None else mission.twist)
+        decision = self._gate.step(now_ns, self._healths, stamps, _wanted(mission, inputs))
         self._sent = as_carried(decision.twist)  # slowing gives fractions
         return Outputs(
             now_ns,
@@ -104,6 +121,9 @@ class BaseLoop:
             decision,
             self._scan_of_one_instant(scan),
             self._healths,
+            None if report is None else report.state,
+            inputs.twist is not None,
+            self._way_m(now_ns, mission),
         )
 
     def _leave(self) -> None:
@@ -159,6 +179,13 @@ class BaseLoop:
         except RefusedError:  # of a time when nobody knows where the robot was
             return None
 
+    def _way_m(self, now_ns: int, mission: MissionStep | None) -> npt.NDArray[np.float64] | None:
+        if mission is None or now_ns - self._way_ns < self._way_every_ns:
+            return None
+        self._way_ns = now_ns
+        drives = mission.state is MissionState.DRIVING
+        return self._navigator.way(WAY_M) if drives else np.zeros((0, 2))
+
     def _refusal(self) -> str:
         """Why no goal is driven to; empty where they are."""
         findings = judge_health(self._healths, self._safety)
@@ -166,3 +193,10 @@ class BaseLoop:
         if self._battery_v < self._low_battery_v:
             reasons.append(f"robot: the battery is low: {self._battery_v:.1f} V")
         return "; ".join(reasons)
+
+
+def _wanted(mission: MissionStep | None, inputs: Inputs) -> Twist2D:
+    """What the gate is asked for."""
+    if inputs.twist is not None:
+        return inputs.twist
+    return Twist2D() if mission is None else mission.twist

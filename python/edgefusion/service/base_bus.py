@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The base on the bus, from when there is one: who drives a robot waits neither for it nor for who listens."""
+
+from __future__ import annotations
+
+from typing import Dict, Mapping, NamedTuple, Sequence
+
+import zenoh
+
+from edgefusion.bus.clock_id import clock_id
+from edgefusion.bus.joining import Joining
+from edgefusion.bus.liveliness import declare_alive
+from edgefusion.bus.session import open_member
+from edgefusion.config import BusConfig
+from edgefusion.messages.stamps import Stamper
+from edgefusion.messages.transform import FrameTransform
+from edgefusion.service.base import Base
+from edgefusion.service.base_inbox import BaseInbox, FromVision
+from edgefusion.service.base_inputs import Outputs
+from edgefusion.service.base_outlet import BaseOutlet, Figures
+from edgefusion.service.base_reports import COMPONENT
+from edgefusion.service.base_services import BaseServices
+from edgefusion.service.helm import Helm
+from edgefusion.service.teller import Teller
+
+OPENING_S = 1.0
+"""So long an attempt to join may take; that much later the process may end."""
+
+TELLING_S = 0.5
+"""So long the last that was done may take to be told."""
+
+
+class _Joined(NamedTuple):
+    """All that is on the bus; the token is alive while it is kept."""
+
+    inbox: BaseInbox
+    outlet: BaseOutlet
+    services: BaseServices
+    token: zenoh.LivelinessToken
+
+
+class BaseBus:
+    """take() is for the loop's thread, tell() too. figures: what there is to say of the base beside what it did."""
+
+    def __init__(
+        self,
+        config: BusConfig,
+        mounting: Sequence[FrameTransform],
+        stamper: Stamper,
+        helm: Helm,
+        base: Base,
+        figures: Figures,
+    ) -> None:
+        self._config, self._mounting, self._stamper = config, mounting, stamper
+        self._helm, self._base, self._base_figures = helm, base, figures
+        self._clock_id = clock_id()
+        self._joined: _Joined | None = None
+        self._joining = Joining(lambda: open_member(config, OPENING_S), self._join)
+        self.tell: Teller[Outputs] = Teller("publishing", self._publish)
+
+    def begin(self) -> None:
+        """Returns at once."""
+        self.tell.begin()
+        self._joining.begin()
+
+    def end(self) -> None:
+        """Leaves the bus."""
+        self.tell.end(TELLING_S)
+        self._joining.end()
+
+    def take(self, now_ns: int) -> FromVision:
+        """Hands the helm what people want, and gives what vision says. Never waits."""
+        joined = self._joined
+        if joined is None:
+            return FromVision()
+        joined.inbox.command(self._helm, now_ns)
+        return joined.inbox.from_vision()
+
+    def _join(self, session: zenoh.Session) -> None:
+        config = self._config
+        inbox = BaseInbox(session, config, self._clock_id)
+        outlet = BaseOutlet(session, config, self._mounting, self._clock_id, self._stamper, self._figures)
+        services = BaseServices(session, config, self._base, self._helm)
+        self._joined = _Joined(inbox, outlet, services, declare_alive(session, config.robot, COMPONENT))
+
+    def _publish(self, outputs: Outputs) -> None:
+        if self._joined is not None:
+            self._joined.outlet.tell(outputs)
+
+    def _figures(self) -> Mapping[str, str]:
+        figures: Dict[str, str] = dict(self._base_figures())
+        if self._joined is not None:
+            figures.update(self._joined.inbox.refused())
+            figures.update(self._joined.services.refused())
+        return figures

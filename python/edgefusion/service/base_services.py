@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""The base's answers to what it is asked over the bus."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, List, Tuple, Type
+
+import msgspec
+import zenoh
+
+from edgefusion.bus.freshness import Freshness, limits_of
+from edgefusion.bus.queries import Service
+from edgefusion.bus.requests import GotoRequest, InspectRequest, ResumeRequest, StopRequest
+from edgefusion.bus.topics import GOTO, INSPECT, RESUME, STOP, key_of
+from edgefusion.clock import Clock, system_clock
+from edgefusion.config import BusConfig
+from edgefusion.service.base import Base
+from edgefusion.service.helm import Helm
+
+
+class BaseServices:
+    """What the helm is asked for is done in the base's loop; each key has a thread that waits for it."""
+
+    def __init__(
+        self, session: zenoh.Session, config: BusConfig, base: Base, helm: Helm, clock: Clock = system_clock
+    ) -> None:
+        def goto(request: GotoRequest) -> None:
+            base.ask(lambda: helm.goto(request))
+
+        def stop(request: StopRequest) -> None:
+            base.ask(lambda: helm.stop(request))
+
+        def resume(_: ResumeRequest) -> None:
+            base.ask(lambda: helm.resume(clock()))
+
+        def inspect(request: InspectRequest) -> None:
+            base.ask(lambda: helm.inspect(request))
+
+        served: List[Tuple[str, Type[msgspec.Struct], Callable[[Any], None]]] = [
+            (GOTO, GotoRequest, goto),
+            (STOP, StopRequest, stop),
+            (RESUME, ResumeRequest, resume),
+            (INSPECT, InspectRequest, inspect),
+        ]
+        limits = limits_of(config)
+        self._services = {
+            name: Service(session, key_of(config.robot, name), kind, handle, Freshness(limits), clock)
+            for name, kind, handle in served
+        }
+
+    def refused(self) -> Dict[str, str]:
+        """How many requests did not count, by why, where there were any."""
+        return {
+            f"{name} refused, {why.value}": str(count)
+            for name, service in self._services.items()
+            for why, count in dict(service.freshness.counts).items()
+        }
