@@ -45,7 +45,7 @@ class SafetyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     lasts, where it is not named below."""
     latching: Components = ("robot",)
     """Components whose failure stops the robot until an operator resumes."""
-    optional: Components = ("camera", "vision")
+    optional: Components = ("camera", "vision", "bus")
     """Components whose failure is only noted."""
 
     def __post_init__(self) -> None:

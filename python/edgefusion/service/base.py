@@ -12,7 +12,7 @@ from edgefusion.service.base_inputs import Inputs, Outputs
 from edgefusion.service.base_loop import BaseLoop
 from edgefusion.service.cadence import Cadence, Lateness
 from edgefusion.service.device_news import DeviceNews
-from edgefusion.service.device_thread import DeviceThread
+from edgefusion.service.device_thread import DeviceThread, nothing
 from edgefusion.service.ending import Ending
 from edgefusion.service.laser_device import LaserDevice, LaserDriver
 from edgefusion.service.requests import Requests
@@ -44,7 +44,7 @@ def alone(_: int, robot: DeviceNews[RobotReport], laser: DeviceNews[Scan]) -> In
 class Base:
     """run() is for one thread, once; the rest is anybody's, and answered by that thread within a cycle.
 
-    endings: of the robot's and the laser's link.
+    endings: of the robot's and the laser's link. prepare: called first of all by the loop's thread and the devices'.
     """
 
     def __init__(
@@ -58,15 +58,16 @@ class Base:
         inlet: Inlet = alone,
         clock: Clock = system_clock,
         pause: Callable[[float], None] = time.sleep,
+        prepare: Callable[[], object] = nothing,
     ) -> None:
-        self._loop, self._watcher, self._inlet = loop, watcher, inlet
+        self._loop, self._watcher, self._inlet, self._prepare = loop, watcher, inlet, prepare
         self._wake = Wake()
         self._requests = Requests(self._wake)
         self._cadence = Cadence(period_ns, clock, self._wake.wait)
         self._device = RobotDevice(robot, clock)
-        self._robot = DeviceThread(self._device, endings[0], self._wake, clock, pause)
+        self._robot = DeviceThread(self._device, endings[0], self._wake, clock, pause, prepare)
         self._laser: DeviceThread[Scan] = DeviceThread(
-            LaserDevice(laser, self._moves), endings[1], self._wake, clock, pause
+            LaserDevice(laser, self._moves), endings[1], self._wake, clock, pause, prepare
         )
         self._ending = False
 
@@ -105,6 +106,7 @@ class Base:
         takes longer than two seconds to end is left to itself. Raises PortBusyError where another instance has the
         robot or the laser."""
         try:
+            self._prepare()
             self._robot.begin()
             self._laser.begin()
             while not self._ending:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Callable, NamedTuple
 
 from edgefusion.config import Config
 from edgefusion.drivers.lms2xx import POWER_ON_BAUD, Lms2xx
@@ -13,6 +13,7 @@ from edgefusion.drivers.lms2xx_setup import configured_age_limit_s
 from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.service.base import Base, Inlet, Watcher, alone, nobody
 from edgefusion.service.base_loop import BaseLoop
+from edgefusion.service.device_thread import nothing
 from edgefusion.service.ending import EndableLink
 
 HOLDER = "edgefusion base"
@@ -38,7 +39,14 @@ def loop_of(config: Config) -> BaseLoop:
     return BaseLoop(config, configured_age_limit_s(config.laser))
 
 
-def base_on(config: Config, lines: Lines, loop: BaseLoop, watcher: Watcher = nobody, inlet: Inlet = alone) -> Base:
+def base_on(
+    config: Config,
+    lines: Lines,
+    loop: BaseLoop,
+    watcher: Watcher = nobody,
+    inlet: Inlet = alone,
+    prepare: Callable[[], object] = nothing,
+) -> Base:
     """With a Pioneer and an LMS2xx."""
     return Base(
         loop,
@@ -48,6 +56,7 @@ def base_on(config: Config, lines: Lines, loop: BaseLoop, watcher: Watcher = nob
         round(config.safety.cycle_s * 1e9),
         watcher,
         inlet,
+        prepare=prepare,
     )
 
 

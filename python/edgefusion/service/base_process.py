@@ -21,6 +21,7 @@ from edgefusion.service.base_inputs import Inputs, Outputs
 from edgefusion.service.device_news import DeviceNews
 from edgefusion.service.heartbeat import Heartbeat
 from edgefusion.service.helm import Helm
+from edgefusion.service.real_time import run_in_real_time
 from edgefusion.service.robot_device import RobotReport
 from edgefusion.service.teller import Teller
 from edgefusion.service.utc import utc_offset_ns
@@ -40,7 +41,7 @@ class BaseProcess:
         self._lines = lines_to(config, config.robot.port, config.laser.port, lock_folder)
         loop = loop_of(config)
         self._helm = Helm(loop, _arbiter(config.bus))
-        self._base = base_on(config, self._lines, loop, self._watch, self._inlet)
+        self._base = base_on(config, self._lines, loop, self._watch, self._inlet, run_in_real_time)
         stamper = Stamper(self._utc_offset_ns)
         self._bus = BaseBus(config.bus, _mounting(config), stamper, self._helm, self._base, self._figures)
         self._keeper: Teller[InspectionResult] = Teller("keeping inspections", self._keep)

@@ -46,10 +46,15 @@ class Device(Protocol[T_co]):
     def close(self) -> None: ...
 
 
+def nothing() -> None:
+    """Is prepared."""
+
+
 class DeviceThread(Generic[T]):
     """busy: why the device cannot be had, where another instance holds its port.
 
-    wake: called, in this thread, when the health's state changes, so that nobody waits for a cycle to see it.
+    wake: called, in this thread, when the health's state changes, so that nobody waits for a cycle to see it. prepare:
+    called first of all, in this thread.
 
     An error that no driver should raise closes the device for good; the reason is its health.
     """
@@ -61,8 +66,9 @@ class DeviceThread(Generic[T]):
         wake: Callable[[], None],
         clock: Clock = system_clock,
         pause: Callable[[float], None] = time.sleep,
+        prepare: Callable[[], object] = nothing,
     ) -> None:
-        self._device, self._ending, self._wake = device, ending, wake
+        self._device, self._ending, self._wake, self._prepare = device, ending, wake, prepare
         self._clock, self._pause = clock, pause
         self._name = device.health.component
         self._backoff = Backoff(longest_ns=LONGEST_PAUSE_NS)
@@ -97,6 +103,7 @@ class DeviceThread(Generic[T]):
     def run(self) -> None:
         """All that the thread does, until it is asked to end or what should not happen does."""
         try:
+            self._prepare()
             while not self._ending.asked:
                 self.turn()
         except EndedError:

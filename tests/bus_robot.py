@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""A simulated Pioneer in a room, and `edgefusion bus` and `edgefusion base` as processes, for a client beside them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+from base_lab import Lab, wait_for
+from bus_lab import free_port
+from edgefusion.bus.client import Errand, Robot, connect
+from edgefusion.drivers.sip_command import Command
+from edgefusion.errors import RefusedError
+
+CONFIG = """
+[robot]
+port = "{robot}"
+[laser]
+port = "{laser}"
+baudrate = 500000
+[mission]
+interest = []
+[bus]
+listen = ["{endpoint}"]
+{bus}
+[service]
+processes = ["bus", "base"]
+"""
+STOPS = {(Command.STOP, 0), (Command.E_STOP, 0), (Command.VEL, 0), (Command.CLOSE, 1)}
+
+
+class BusRobot:
+    """bus: further lines of the section. processes: by verb, those that were started and not ended."""
+
+    def __init__(self, folder: Path, bus: str = "") -> None:
+        self._stack, self.lab = ExitStack(), Lab()
+        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self._file = folder / "robot.toml"
+        self._environment = {**os.environ, "TMPDIR": str(folder)}  # where ports are locked
+        self._file.write_text(
+            CONFIG.format(robot=self.lab.robot_port, laser=self.lab.laser_port, endpoint=self.endpoint, bus=bus)
+        )
+        self.processes: dict[str, subprocess.Popen] = {}
+
+    def __enter__(self) -> BusRobot:
+        self._stack.enter_context(self.lab)
+        self._stack.callback(self._kill)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def start(self, *verbs: str) -> BusRobot:
+        for verb in verbs:
+            argv = [sys.executable, "-m", "edgefusion.cli", verb, "--config", str(self._file)]
+            self.processes[verb] = subprocess.Popen(argv, env=self._environment)
+        return self
+
+    def end(self, verb: str, number: int = signal.SIGTERM) -> int:
+        """The exit code."""
+        process = self.processes.pop(verb)
+        process.send_signal(number)
+        return process.wait(30)
+
+    def connect(self) -> Robot:
+        robots: list[Robot] = []
+
+        def connected() -> bool:
+            try:
+                robots.append(connect(self.endpoint))
+            except ConnectionError:
+                return False
+            return True
+
+        wait_for(connected)
+        return self._stack.enter_context(robots[0])
+
+    def go(self, robot: Robot, x_m: float = 3.0) -> Errand:
+        """Once it may; and once it drives at speed."""
+        errands: list[Errand] = []
+
+        def accepted() -> bool:
+            try:
+                errands.append(robot.goto(x_m, 0.0))
+            except (RefusedError, ConnectionError):
+                return False
+            return True
+
+        wait_for(accepted)
+        return errands[0]
+
+    def moving(self, speed_mps: float = 0.2) -> bool:
+        return self.lab.world.body.twist.v_mps > speed_mps
+
+    def stopped_after_s(self, since_ns: int) -> float:
+        """From then until the robot was told to stand [s]."""
+
+        def first() -> list[int]:
+            return [ns for ns, number, value in self.lab.motions() if ns >= since_ns and (number, value) in STOPS]
+
+        wait_for(first)
+        return (first()[0] - since_ns) / 1e9
+
+    def velocities(self, since_ns: int) -> set[int]:
+        """What the robot was told since then [mm/s]."""
+        return {value for ns, number, value in self.lab.motions() if ns >= since_ns and number == Command.VEL}
+
+    def last_motion(self) -> tuple[int, int]:
+        return self.lab.motions()[-1][1:]
+
+    def _kill(self) -> None:
+        for process in self.processes.values():
+            process.kill()
+            process.wait()

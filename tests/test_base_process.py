@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""`edgefusion bus` and `edgefusion base` as processes, with a simulated robot: however they end, it stands."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import pytest
+
+from base_lab import wait_for
+from bus_robot import STOPS, BusRobot
+from edgefusion.bus import topics
+from edgefusion.messages.stamps import Stamper
+from edgefusion.messages.to_odometry import to_odometry
+from edgefusion.messages.to_scan import to_scan
+
+
+def test_a_goal_from_a_client_is_driven_to_and_reported_until_it_arrives(tmp_path) -> None:
+    with BusRobot(tmp_path) as it:
+        robot = it.start("bus", "base").connect()
+        states = [report.state for report in robot.progress(it.go(robot, 0.6), 30.0)]
+        assert {"driving", "arrived"} == set(states)
+        assert abs(it.lab.pose.x_m - 0.6) < 0.06
+        assert robot.status.alive == {"bus", "base"}
+        assert {report.health.component for report in robot.status.healths} == {"robot", "laser", "base"}
+        scan = next(robot.read(topics.SCAN, lambda message: to_scan(message, Stamper()), 5.0))
+        assert len(scan.ranges_m) == 361
+        odometry = next(robot.read(topics.ODOM, lambda message: to_odometry(message, Stamper()), 5.0))
+        assert abs(odometry.pose.x_m - 0.6) < 0.06
+        path = next(robot.read(topics.PATH, lambda message: message, 5.0))
+        assert path.poses == []  # it is there
+        assert it.end("base") == 0
+        assert it.end("bus") == 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_base_that_is_told_to_end_while_it_drives_stops_its_robot_last(tmp_path, number: int) -> None:
+    with BusRobot(tmp_path) as it:
+        it.go(it.start("bus", "base").connect())
+        wait_for(it.moving)
+        assert it.end("base", number) == 0
+        wait_for(lambda: not it.lab.robot.open)
+        assert it.last_motion() in STOPS
+
+
+def test_a_base_that_was_halted_for_a_second_says_first_to_stop(tmp_path) -> None:
+    with BusRobot(tmp_path) as it:
+        it.go(it.start("bus", "base").connect())
+        wait_for(it.moving)
+        it.processes["base"].send_signal(signal.SIGSTOP)
+        time.sleep(1.0)
+        since_ns = time.monotonic_ns()
+        it.processes["base"].send_signal(signal.SIGCONT)
+        wait_for(lambda: it.lab.motions()[-1][0] >= since_ns)
+        first = next(told for told in it.lab.motions() if told[0] >= since_ns)
+        assert first[1:] in STOPS
+        wait_for(lambda: it.moving(0.1))  # it is well, and goes on
