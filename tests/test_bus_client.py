@@ -13,68 +13,25 @@ from itertools import islice
 from typing import Any, Iterator, List
 
 import msgspec
-import numpy as np
 import pytest
 
 import edgefusion
+from bus_base import LIMITS, STAMPER, Base, detection, report
 from bus_lab import Lab, until
 from edgefusion.bus import topics
 from edgefusion.bus.client import Errand, Robot
-from edgefusion.bus.freshness import CommandLimits, Freshness
+from edgefusion.bus.freshness import Freshness
 from edgefusion.bus.inbox import Inbox
 from edgefusion.bus.liveliness import declare_alive
-from edgefusion.bus.publisher import Publisher
-from edgefusion.bus.queries import Service
 from edgefusion.bus.requests import GoalRequest, GotoRequest, InspectRequest, ResumeRequest, StopRequest
 from edgefusion.bus.session import UnreachableError
-from edgefusion.bus.tags import Tagger
-from edgefusion.bus.topics import Topic
 from edgefusion.errors import RefusedError
-from edgefusion.messages import Message
 from edgefusion.messages.from_battery import from_battery
 from edgefusion.messages.from_detections_detail import from_detections_detail
 from edgefusion.messages.from_healths import from_healths
 from edgefusion.messages.from_mission import from_mission
-from edgefusion.messages.mission_report import MissionReport
-from edgefusion.messages.stamps import Stamper
 from edgefusion.messages.to_cmd_vel import to_cmd_vel
-from edgefusion.types import ClassScore, Cluster, Detection, Health, HealthState, Twist2D, Vote
-
-LIMITS = CommandLimits(4096, 1e6, burst=100_000)
-STAMPER = Stamper(1_700_000_000_000_000_000)
-BEST = ClassScore(3, "oscilloscope", 0.9)
-REQUESTS = {"mission/goto": GotoRequest, "stop": StopRequest, "resume": ResumeRequest, "inspect": InspectRequest}
-
-
-def detection(stamp_ns: int, range_m: float = 2.0) -> Detection:
-    return Detection(
-        stamp_ns, 3, "oscilloscope", "instrument", 0.9, 0.4, (1, 2, 30, 40), range_m, 0.02, 0.1, (range_m, 0.2),
-        Vote((BEST,), 0, 0.4, ((BEST,),)), ((1, 2, 30, 40),), Cluster(np.array([4, 5]), range_m, 0.1, 0.3), 5,
-    )  # fmt: skip
-
-
-class Base:
-    """The robot's end of the bus: what it was asked is in `asked`; it refuses with `refusal`."""
-
-    def __init__(self, lab: Lab) -> None:
-        self.session, self.asked, self.refusal = lab.member(), [], ""
-        self._publishers = {}
-        self._services = [
-            Service(self.session, f"robot/{name}", kind, self._answer, Freshness(LIMITS), clock=lambda: 1000)
-            for name, kind in REQUESTS.items()
-        ]
-
-    def say(self, topic: Topic, message: Message) -> None:
-        publisher = self._publishers.get(topic)
-        if publisher is None:
-            publisher = self._publishers[topic] = Publisher(self.session, "robot", topic, Tagger(), "boot")
-            until(lambda: publisher.wanted(time.monotonic_ns()))
-        publisher.put(message, 0)
-
-    def _answer(self, request: Any) -> None:
-        if self.refusal:
-            raise RefusedError(self.refusal)
-        self.asked.append(request)
+from edgefusion.types import Health, HealthState, Twist2D
 
 
 @pytest.fixture
@@ -94,10 +51,6 @@ def base(lab: Lab) -> Base:
 def robot(lab: Lab, base: Base) -> Iterator[Robot]:
     with edgefusion.connect(lab.tcp) as robot:
         yield robot
-
-
-def report(stamp_ns: int, state: Any, goal_id: str = "") -> MissionReport:
-    return MissionReport(stamp_ns=stamp_ns, state=state, goal_id=goal_id)
 
 
 def test_detections_come_as_the_robot_has_seen_them(base: Base, robot: Robot) -> None:

@@ -30,16 +30,21 @@ def build_parser() -> argparse.ArgumentParser:
         detect,
         doctor,
         evaluate,
+        goto,
         keys,
         laser,
         model,
         record,
         recover,
         replay,
+        resume,
         robot,
         run,
         sim,
+        stop,
+        topics,
         vision_verb,
+        watch,
     )
 
     parser = argparse.ArgumentParser(
@@ -58,16 +63,21 @@ def build_parser() -> argparse.ArgumentParser:
         detect,
         doctor,
         evaluate,
+        goto,
         keys,
         laser,
         model,
         record,
         recover,
         replay,
+        resume,
         robot,
         run,
         sim,
+        stop,
+        topics,
         vision_verb,
+        watch,
     ):
         tool.add_parser(verbs)
     return parser
@@ -85,6 +95,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # whoever reads has seen enough, as with `| head`
         _drop_stdout()
         return 0
+    except ConnectionError as error:  # nobody on the bus
+        return _say(error, 1)
     except OSError as error:  # a full disk behind stdout: files are refused by name
         _drop_stdout()
         return _say(error, 1)

@@ -9,6 +9,7 @@ from typing import Any, Callable, FrozenSet, Iterator, NamedTuple, Optional, Seq
 import zenoh
 
 from edgefusion.bus import topics
+from edgefusion.bus.healths import Healths
 from edgefusion.bus.latest import Latest
 from edgefusion.bus.liveliness import Alive
 from edgefusion.bus.session import UnreachableError
@@ -20,7 +21,7 @@ from edgefusion.messages.mission_report import MissionReport
 from edgefusion.messages.stamps import Stamper
 from edgefusion.messages.to_battery import Battery, to_battery
 from edgefusion.messages.to_detections_detail import Detections, to_detections_detail
-from edgefusion.messages.to_healths import Report, to_healths
+from edgefusion.messages.to_healths import Report
 from edgefusion.messages.to_mission import to_mission
 from edgefusion.types import Detection
 
@@ -49,14 +50,14 @@ class Listener:
         self.session, self.name, self._clock = session, name, clock
         self._alive = Alive(session, name)
         self._mission = Latest(session, name, topics.MISSION, to_mission, clock)
-        self._healths = Latest(session, name, topics.DIAGNOSTICS, to_healths, clock)
+        self._healths = Healths(session, name, clock)
         self._battery = Latest(session, name, topics.BATTERY, lambda message: to_battery(message, Stamper()), clock)
 
     @property
     def status(self) -> Status:
         """Does not wait."""
         mission = self._mission.value
-        healths = self._healths.value or ()
+        healths = self._healths.reports
         return Status(mission, self._mission.age_s, healths, self._battery.value, self._alive.components)
 
     def detections(self, timeout_s: Optional[float] = None) -> Iterator[Detection]:

@@ -5,10 +5,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Optional
 
 if TYPE_CHECKING:
+    from edgefusion.bus.client import Robot
     from edgefusion.config import BusConfig
 
 
@@ -41,6 +43,20 @@ def bus_config(args: argparse.Namespace) -> BusConfig:
 
 def asked_endpoint(args: argparse.Namespace) -> Endpoint:
     """Raises RefusedError for a configuration that will not do."""
+    from edgefusion.bus.key_files import usual_folder
+
     config = bus_config(args)
+    address = args.connect or config.router
     keys = args.keys or (None if config.keys is None else Path(config.keys))
-    return Endpoint(config.robot, args.connect or config.router, keys, config.lease_s)
+    if keys is None and address.startswith("tls/"):
+        keys = usual_folder(os.environ, Path.home())
+    return Endpoint(config.robot, address, keys, config.lease_s)
+
+
+def open_robot(args: argparse.Namespace) -> Robot:
+    """The robot that was asked for. Raises RefusedError, and UnreachableError where no router lets us in."""
+    from edgefusion.bus.client import Robot
+    from edgefusion.bus.session import open_client
+
+    endpoint = asked_endpoint(args)
+    return Robot(open_client(endpoint.address, endpoint.keys, lease_s=endpoint.lease_s), endpoint.robot)
