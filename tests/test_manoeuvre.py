@@ -15,7 +15,7 @@ from edgefusion._core import Footprint, Manoeuvre, NavigationFunction
 from navigation_scenes import P3DX, box, computed, distance, lines_gap, map_with, p3dx, put, wall
 
 MARGIN_M = 0.02
-STRIDE_M = 0.025
+STRIDE_M = 0.012
 """Between two poses that are tried no corner moves farther."""
 NO_OTHERS = np.zeros((0, 2))
 START = (0.0, 0.0, 0.0)

@@ -32,7 +32,7 @@ constexpr double kRoomy = 0.05, kCloseCost = 3.0;
 constexpr double kFreeAgain = 3.0;
 constexpr double kAlong = 0.5;
 // Between two poses that are tried no point of the hull moves farther [m].
-constexpr double kStride = 0.025;
+constexpr double kStride = 0.012;
 constexpr double kLongestTurn = 0.75 * kPi;
 constexpr double kRounding = 1e-9;
 

@@ -23,8 +23,9 @@ constexpr int kMeanOf = 12;
 constexpr double kNoise = 0.035;
 // How much of a cell's reach each further beam lets it forget.
 constexpr float kForget = 1.0f / 64;
-// Beams that end so near to the outermost one are the outermost few [m], and each of them counts so much.
-constexpr double kEnd = 0.006, kEndShare = 0.25;
+// Beams that end so near to the outermost one, in metres and as a part of all the reach, are the outermost few, and each
+// of them counts so much.
+constexpr double kEnd = 0.006, kEndPart = 0.15, kEndShare = 0.25;
 // Ends nearer to the mean than this say nothing new [m].
 constexpr double kApart = 0.005;
 constexpr std::uint8_t kMostHits = 100;
@@ -169,8 +170,9 @@ void ObstacleMap::stretch(Cell& cell, double x, double y, double dx, double dy) 
     end.x = static_cast<float>(along * dx - edge * dy);
     end.y = static_cast<float>(along * dy + edge * dx);
   };
-  if (at > left - kEnd) reach(cell.left, std::max(at, left));
-  if (at < right + kEnd) reach(cell.right, std::min(at, right));
+  const double few = std::min(kEnd, kEndPart * (left - right));  // hardly any across a beam that grazes
+  if (at > left - few) reach(cell.left, std::max(at, left));
+  if (at < right + few) reach(cell.right, std::min(at, right));
 }
 
 // All around is halved together, so that the shares stay, and what comes new is soon noticed.
@@ -205,7 +207,7 @@ ObstacleMap::Point ObstacleMap::to_surface(const Cell& cell, double x, double y)
 ObstacleMap::Point ObstacleMap::surface(std::int32_t column, std::int32_t row) const {
   const Cell& cell = cells_[window_.index(column, row)];
   const double x = static_cast<double>(cell.x), y = static_cast<double>(cell.y);
-  const double hits = std::max<double>(cell.hits, 1.0);
+  const double hits = std::max<double>(cell.hits, cell.points);  // hits fade beside what is seen more often
   double all = hits, dx = 0.0, dy = 0.0;
   for (std::int32_t r = row - 1; r <= row + 1; ++r)
     for (std::int32_t c = column - 1; c <= column + 1; ++c) {

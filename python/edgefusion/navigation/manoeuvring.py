@@ -21,7 +21,7 @@ from edgefusion.types import Goal, Pose2D, Twist2D
 
 Leg = Tuple[float, float, Tuple[float, float, float]]
 
-POSES_A_STEP = 200
+POSES_A_STEP = 120
 """Tried while the robot stands; a search that finds nothing takes some seconds."""
 
 GAIN_M = 1.0
