@@ -146,7 +146,8 @@ def test_a_late_cycle_stops_and_nothing_from_before_counts_any_more(after_ms: in
         (Health("robot", FAILED, "bumper pressed"), Action.STOP_LATCHED),
         (Health("camera", FAILED, "unplugged"), Action.RUN),
         (Health("vision", STARTING, "loading the model"), Action.RUN),
-        (Health("bus", FAILED, "router gone"), Action.STOP),
+        (Health("bus", FAILED, "router gone"), Action.RUN),
+        (Health("gripper", FAILED, "jammed"), Action.STOP),
     ],
 )
 def test_a_components_health_has_its_reaction_and_says_why(report: Health, action: Action) -> None:

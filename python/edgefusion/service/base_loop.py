@@ -54,6 +54,7 @@ class BaseLoop:
         self._scan_ns: int | None = None  # of the newest that was handed out
         self._sent = Twist2D()
         self._held = False  # since the robot failed, and not by an operator
+        self._paused = False  # since somebody else drives
         self._motors_wanted = False
         self._way_every_ns, self._way_ns = round(1e9 / config.bus.state_hz), 0
         self.pose: Pose2D | None = None
@@ -77,13 +78,18 @@ class BaseLoop:
 
     def stop(self, reason: str) -> None:
         """Stand still, whatever is under way, until `resume`. Raises RefusedError for no reason."""
+        if self._paused and reason:
+            self._mission.resume()  # so that its reason is the worse one
+        self._paused = False
         self._mission.stop(reason)
         self._gate.stop(reason)
         self._held = False
 
     def pause(self, reason: str) -> None:
         """The mission stands until `resume`: somebody else drives. An inspection ends as by a stop."""
-        self._mission.stop(reason)
+        if self._mission.state is not MissionState.STOPPED:
+            self._mission.stop(reason)
+            self._paused = True
 
     def inspect(self, interest: Sequence[str]) -> None:
         """What to inspect from now on, labels or groups; none: nothing."""
@@ -131,7 +137,7 @@ class BaseLoop:
         if self._mission.state is MissionState.STOPPED or not self._held:
             self._mission.resume()
         self._gate.resume()
-        self._held = False
+        self._held = self._paused = False
 
     def _looked_at(self, inputs: Inputs) -> Scan | None:
         """Judges the devices, and gives the scan that may be driven by: none of a laser that is not well, or was not

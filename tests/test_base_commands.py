@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""What people want of a robot over the bus: which of it moves the robot, and what does not."""
+
+from __future__ import annotations
+
+import math
+import signal
+import time
+from contextlib import suppress
+
+import pytest
+
+from base_lab import wait_for
+from bus_robot import BusRobot
+from edgefusion.bus.publisher import CommandPublisher
+from edgefusion.bus.tags import Tagger
+from edgefusion.bus.topics import CMD_VEL, GOAL_POSE
+from edgefusion.errors import RefusedError
+from edgefusion.messages.from_goal_pose import from_goal_pose
+from edgefusion.messages.geometry_msgs import Twist, Vector3
+from edgefusion.messages.stamps import Stamper
+from edgefusion.types import Pose2D, Twist2D
+
+AHEAD = Twist2D(0.2)
+
+
+@pytest.fixture(scope="module")
+def it(tmp_path_factory):
+    """One robot for all tests; each leaves it at rest, with nothing to do."""
+    with BusRobot(tmp_path_factory.mktemp("robot")) as robot:
+        robot.start("bus", "base")
+        yield robot
+
+
+@pytest.fixture
+def robot(it):
+    """It is well, its mission idle, and nothing is stopped."""
+    robot = it.connect()
+    it.go(robot, it.lab.pose.x_m)
+    robot.stop("test", cancel=True)
+    robot.resume()
+    wait_for(lambda: robot.status.mission and robot.status.mission.state == "idle")
+    yield robot
+    robot.stop("the test is over", cancel=True)
+    wait_for(lambda: not it.moving(0.0))
+
+
+def drive_until(it: BusRobot, robot, holds) -> None:
+    """An operator drives, ten times a second, until something is so."""
+
+    def driven() -> bool:
+        with suppress(ConnectionError):  # not known there yet
+            robot.drive(AHEAD)
+        time.sleep(0.1)
+        return bool(holds())
+
+    wait_for(driven)
+
+
+def test_a_velocity_that_is_no_longer_published_stops_the_robot_within_the_deadman_and_a_cycle(it, robot) -> None:
+    drive_until(it, robot, lambda: it.moving(0.15))
+    assert robot.status.mission.paused
+    stopped_s = it.stopped_after_s(time.monotonic_ns())
+    assert stopped_s < 2.0  # 0.3 s on a machine with nothing else to do
+
+
+def test_an_operator_pauses_the_mission_until_resume_and_then_it_goes_on_to_its_goal(it, robot) -> None:
+    errand = it.go(robot, it.lab.pose.x_m + 0.8)
+    wait_for(lambda: it.moving(0.1))
+    drive_until(it, robot, lambda: robot.status.mission.paused)
+    wait_for(lambda: not it.moving(0.0))
+    assert robot.status.mission.state == "stopped"
+    assert robot.status.mission.reason == "an operator drives"
+    robot.resume()
+    assert [report.state for report in robot.progress(errand, 30.0)][-1] == "arrived"
+
+
+def test_a_stop_beats_an_operator_until_resume(it, robot) -> None:
+    drive_until(it, robot, lambda: it.moving(0.1))
+    robot.stop("look out")
+    since_ns = time.monotonic_ns() + 200_000_000  # what was computed before
+    end_s = time.monotonic() + 0.6
+    drive_until(it, robot, lambda: time.monotonic() > end_s)
+    assert it.velocities(since_ns) <= {0}
+    wait_for(lambda: robot.status.mission.reason == "look out")
+    robot.resume()
+    drive_until(it, robot, lambda: it.moving(0.1))
+
+
+@pytest.mark.parametrize("x_mps", [math.nan, math.inf, -math.inf])
+def test_a_velocity_that_is_none_is_refused_and_counted_and_moves_nothing(it, robot, x_mps: float) -> None:
+    since_ns = time.monotonic_ns()
+    publisher = CommandPublisher(robot.session, "robot", CMD_VEL, Tagger(), 200)
+    wait_for(lambda: publisher.heard)
+
+    def refused() -> int:
+        figures = next((each.figures for each in robot.status.healths if each.health.component == "base"), {})
+        return int(figures.get("cmd_vel refused, malformed", 0))
+
+    before = refused()
+    publisher.put(Twist(Vector3(x=x_mps)))
+    wait_for(lambda: refused() > before)
+    assert it.velocities(since_ns) <= {0}
+    assert not robot.status.mission.paused
+
+
+def test_a_velocity_over_the_limit_is_driven_at_the_limit(it, robot) -> None:
+    publisher = CommandPublisher(robot.session, "robot", CMD_VEL, Tagger(), 200)
+    wait_for(lambda: publisher.heard)
+    since_ns = time.monotonic_ns()
+
+    def driven() -> bool:
+        publisher.put(Twist(Vector3(x=-30.0)))
+        time.sleep(0.05)
+        return len(it.velocities(since_ns) - {0}) > 0
+
+    wait_for(driven)
+    assert min(it.velocities(since_ns)) >= -500
+
+
+def test_a_goal_pose_is_driven_to_and_one_in_another_frame_is_not(it, robot) -> None:
+    publisher = CommandPublisher(robot.session, "robot", GOAL_POSE, Tagger(), 500)
+    wait_for(lambda: publisher.heard)
+    publisher.put(from_goal_pose(0, Pose2D(0.4), Stamper(), "map"))
+    time.sleep(0.05)  # of what comes at once the router lets the first through alone
+    publisher.put(from_goal_pose(0, Pose2D(0.3), Stamper(), "base_link"))
+    wait_for(lambda: robot.status.mission.goal_id == "goal_pose-1")
+    before = it.lab.pose.x_m
+    wait_for(lambda: robot.status.mission.state == "arrived")
+    assert it.lab.pose.x_m > before + 0.1
+
+
+def test_what_cannot_be_done_is_refused_with_the_reason(robot) -> None:
+    with pytest.raises(RefusedError, match="expected a mission that is stopped"):
+        robot.resume()
+    with pytest.raises(RefusedError, match="mission/goto"):
+        robot.goto(1e6, 0.0)
+
+
+def test_a_router_that_is_killed_costs_the_base_nothing_and_it_is_back_on_the_next_one(it, robot) -> None:
+    it.go(robot, it.lab.pose.x_m + 1.0)
+    wait_for(lambda: it.moving(0.1))
+    it.end("bus", signal.SIGKILL)
+    time.sleep(0.5)
+    assert it.processes["base"].poll() is None
+    it.start("bus")
+    again = it.connect()
+    report = next(again.missions(30.0))
+    assert report.goal_id
+    assert report.state in ("driving", "arrived")
+
+
+def test_an_operator_who_is_required_and_halted_stops_the_robot(tmp_path) -> None:
+    with BusRobot(tmp_path, "require_operator = true") as it:
+        robot = it.start("bus", "base").connect()
+        with robot.attend():
+            wait_for(lambda: _resumed(robot))
+            it.go(robot)
+            wait_for(it.moving)
+        assert it.stopped_after_s(time.monotonic_ns()) < 3.0  # 0.5 s and a cycle on a machine with nothing else to do
+        wait_for(lambda: robot.status.mission.reason == "no heartbeat of an operator for 0.5 s")
+        with pytest.raises(RefusedError, match="no heartbeat"):
+            robot.resume()
+
+
+def _resumed(robot) -> bool:
+    try:
+        robot.resume()
+    except (RefusedError, ConnectionError):
+        return False
+    return True
