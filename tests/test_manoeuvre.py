@@ -206,7 +206,7 @@ def test_a_long_base_keeps_clear_of_what_is_far_from_its_axle() -> None:
 @pytest.mark.parametrize("margin_m", [0.1, 0.3])
 def test_a_wide_margin_is_kept(margin_m: float) -> None:
     map_ = known_map(wall((0.7, -0.9), (0.7, 0.1)))
-    legs = searched(map_, computed(map_, (0.0, 0.0)), margin_m=margin_m, pose=(1.3, 0.0, 0.0))
+    legs = searched(map_, computed(map_, (0.0, 0.0)), margin_m=margin_m, pose=(1.4, 0.0, 0.0))
     assert legs
     assert_clear(START, legs, map_.points(), margin_m)
 
