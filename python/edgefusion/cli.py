@@ -44,6 +44,7 @@ def build_parser() -> argparse.ArgumentParser:
         stop,
         teleop,
         topics,
+        view,
         vision_verb,
         watch,
     )
@@ -78,6 +79,7 @@ def build_parser() -> argparse.ArgumentParser:
         stop,
         teleop,
         topics,
+        view,
         vision_verb,
         watch,
     ):

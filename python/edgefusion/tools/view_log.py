@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""What is shown of each kind of message, as entities of Rerun."""
+
+from __future__ import annotations
+
+import re
+from typing import Dict, Sequence
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+
+from edgefusion.messages.frames import LASER
+from edgefusion.messages.intrinsics import Intrinsics
+from edgefusion.messages.to_detections_detail import Detections
+from edgefusion.messages.to_healths import Report
+from edgefusion.messages.to_odometry import Reckoning
+from edgefusion.messages.to_transforms import StampedTransform
+from edgefusion.messages.transform import FrameTransform
+from edgefusion.tools.view_projection import camera_from_laser, pixels, points, to_base
+from edgefusion.types import Pose2D, Scan
+
+FARTHEST_M = 8.0
+"""What is farther than this is all of one colour in the image."""
+
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+_SIZE_M, _POINT_M, _WAY_M = (0.2, 0.2, 0.1), 0.03, 0.02
+_WHITE, _GREY, _GREEN = (255, 255, 255), (150, 150, 150), (80, 220, 120)
+
+
+class ViewLog:
+    """Keeps how the devices are mounted, by which the scan is put over the image."""
+
+    def __init__(self, recording: rr.RecordingStream) -> None:
+        self._recording = recording
+        self._frames: Dict[str, FrameTransform] = {}
+        self._camera: Intrinsics | None = None
+
+    def mounting(self, transforms: Sequence[StampedTransform]) -> None:
+        """Where the laser and the camera are on the robot."""
+        self._frames.update({each.transform.child: each.transform for each in transforms})
+        T = to_base(self._frames, LASER)
+        if T is not None:
+            self._log("odom/robot/laser", rr.Transform3D(translation=T[:3, 3], mat3x3=T[:3, :3]))
+
+    def camera(self, camera: Intrinsics) -> None:
+        """What the camera makes of what it sees."""
+        self._camera = camera
+
+    def odometry(self, reckoning: Reckoning) -> None:
+        """The robot, where it is."""
+        T = reckoning.pose.matrix()
+        self._log("odom/robot", rr.Transform3D(translation=T[:3, 3], mat3x3=T[:3, :3]))
+        self._log("odom/robot/body", rr.Boxes3D(half_sizes=[_SIZE_M], colors=[_WHITE]))
+        self._log("odom/robot/ahead", rr.Arrows3D(vectors=[(0.5, 0, 0)], colors=[_WHITE]))
+
+    def scan(self, scan: Scan) -> None:
+        """From above, and over the image."""
+        self._log("odom/robot/laser/scan", rr.Points3D(points(scan), radii=_POINT_M / 2, colors=[_GREY]))
+        T_camera_laser = camera_from_laser(self._frames)
+        if self._camera is not None and T_camera_laser is not None:
+            seen = pixels(scan, self._camera, T_camera_laser)
+            self._log("camera/scan", rr.Points2D(seen.uv, radii=2.0, colors=_colours(seen.ranges_m), draw_order=20))
+
+    def image(self, data: bytes) -> None:
+        """As the camera took it."""
+        self._log("camera/image", rr.EncodedImage(contents=data))
+
+    def clusters(self, clusters: Sequence[npt.NDArray[np.float64]]) -> None:
+        """Each in its colour."""
+        places = [np.pad(each, ((0, 0), (0, 1))) for each in clusters]
+        numbers = np.repeat(np.arange(len(places)) + 1, [len(each) for each in places])
+        shown = np.concatenate([np.empty((0, 3)), *places])
+        self._log("odom/robot/laser/clusters", rr.Points3D(shown, radii=_POINT_M, class_ids=numbers))
+
+    def detections(self, frame: Detections) -> None:
+        """Boxes with labels, and how far each label's nearest object is."""
+        each = frame.detections
+        boxes = np.array([one.box for one in each], float).reshape(-1, 4)
+        labels = [f"{one.label} {one.distance_m:.2f} m" for one in each]
+        self._log(
+            "camera/boxes",
+            rr.Boxes2D(array=boxes, array_format=rr.Box2DFormat.XYXY, labels=labels, show_labels=True, draw_order=30),
+        )
+        for one in sorted(each, key=lambda detection: -detection.distance_m):
+            self._log(f"distance_m/{_name(one.label)}", rr.Scalars(one.distance_m))
+
+    def path(self, poses: Sequence[Pose2D]) -> None:
+        """The way that is left, and the goal, where it ends."""
+        way = [(pose.x_m, pose.y_m, 0.0) for pose in poses]
+        self._log("odom/path", rr.LineStrips3D([way] if way else [], radii=_WAY_M, colors=[_GREEN]))
+        self._log("odom/goal", rr.Points3D(way[-1:], radii=0.1, colors=[_GREEN], labels=["goal"] if way else []))
+
+    def healths(self, reports: Sequence[Report]) -> None:
+        """States as a log, and the figures that are numbers."""
+        for report in reports:
+            component, state, reason = report.health.component, report.health.state.value, report.health.reason
+            self._log(f"states/{_name(component)}", rr.TextLog(f"{component} {state}: {reason}".rstrip(": ")))
+            for name, value in report.figures.items():
+                if _NUMBER.fullmatch(value):
+                    self._log(f"figures/{_name(component)}/{_name(name)}", rr.Scalars(float(value)))
+
+    def _log(self, path: str, what: rr.AsComponents) -> None:
+        self._recording.log(path, what)
+
+
+def _name(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9_]+", "_", text)
+
+
+def _colours(ranges_m: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
+    """From red, near, to blue, far; uint8 [n, 3]."""
+    far = np.clip(ranges_m / FARTHEST_M, 0, 1)
+    return np.stack([255 * (1 - far), 255 * (1 - abs(2 * far - 1)), 255 * far], axis=1).astype(np.uint8)

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""Where Rerun shows: in a window, on a page or in a file; and how it is laid out."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Iterator, Optional
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from edgefusion.errors import RefusedError
+
+
+@contextmanager
+def open_recording(save: Optional[Path], web: bool, web_port: int, data_port: int) -> Iterator[rr.RecordingStream]:
+    """save: a file; web: a page; else a window. Whole, on the disk, at the end. Raises RefusedError."""
+    recording = rr.RecordingStream("edgefusion")
+    try:
+        if save is not None:
+            recording.save(save, default_blueprint=layout())
+        elif web:
+            _serve(recording, web_port, data_port)
+        else:
+            recording.spawn(default_blueprint=layout())
+    except (RuntimeError, OSError) as error:
+        raise RefusedError(f"view: Rerun cannot show: {' '.join(str(error).split())}") from error
+    try:
+        yield recording
+    finally:
+        recording.flush()
+        recording.disconnect()
+
+
+def layout() -> rrb.Blueprint:
+    """The image and the view from above, the plots below."""
+    above = rrb.Spatial3DView(origin="/odom", name="from above")
+    image = rrb.Spatial2DView(origin="/camera", name="camera")
+    distances = rrb.TimeSeriesView(origin="/distance_m", name="distances [m]")
+    times = rrb.TimeSeriesView(origin="/figures", name="stage times and other figures")
+    shown = rrb.Vertical(rrb.Horizontal(image, above), rrb.Horizontal(distances, times), row_shares=[3, 1])
+    return rrb.Blueprint(shown, rrb.TimePanel(timeline="robot"), collapse_panels=True)
+
+
+def _serve(recording: rr.RecordingStream, web_port: int, data_port: int) -> None:
+    address = recording.serve_grpc(grpc_port=data_port, default_blueprint=layout(), server_memory_limit="25%")
+    rr.serve_web_viewer(web_port=web_port, open_browser=False)
+    print(f"http://localhost:{web_port}/?url={address.replace('://', '%3A%2F%2F').replace('/proxy', '%2Fproxy')}")
