@@ -77,6 +77,15 @@ def test_a_camera_that_shows_nothing_is_named_within_a_second_and_nothing_is_see
     assert not bench.look_for(3000)
 
 
+@pytest.mark.parametrize("level", [0, 255])
+def test_a_black_or_white_picture_is_never_looked_at(level: int) -> None:
+    bench = Bench()
+    bench.look_for(1000)
+    begun_ns, bench.shows = bench.clock(), lambda _: flat(level)
+    assert all(look.frame.stamp_ns <= begun_ns for look in bench.look_for(400))
+    assert bench.loop.trouble == ""
+
+
 def test_what_the_detector_finds_in_a_frame_is_nothing_when_the_camera_is_lost_meanwhile() -> None:
     bench = Bench()
     bench.look_for(500)

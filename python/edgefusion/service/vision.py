@@ -42,16 +42,15 @@ class Vision:
         stamper: Stamper,
         clock: Clock,
     ) -> None:
-        self._note, self._clock, self._start_ns = note, clock, clock()
+        self._note, self._clock = note, clock
         eye = Eye(camera, config.camera, calibration.camera_latency_ns)
         pictures = VisionPictures(calibration, config.perception, config.bus.jpeg_quality)
         self._odometry, self._wake = VisionOdometry(), Wake()
         self._loop = VisionLoop(detector, eye, self._odometry, config.sync, clock)
-        self._state = VisionState(self._start_ns, config.sync.tolerance_s)
+        self._state = VisionState(clock(), config.sync.tolerance_s)
         self._inspections = VisionInspections(config.mission.same_place_m, pictures.annotated)
-        self.status = Status(self._state.health(self._start_ns, Circumstances()), {})
+        self.status = Status(self._state.health(clock(), Circumstances()), {})
         self._bus = VisionBus(config, calibration, eye, pictures, stamper, lambda: self.status, self._wake, clock)
-        self._looks = 0
 
     def begin(self) -> None:
         """Looks for the bus, and returns at once."""
@@ -87,9 +86,6 @@ class Vision:
         answer = self._inspections.look(look)
         if answer is not None:
             self._bus.answer(answer)
-        if not self._looks:
-            log.info("first look %.1f s after the start", (look.ended_ns - self._start_ns) / 1e9)
-        self._looks += 1
 
     def _tell_state(self, news: News) -> None:
         now_ns = self._clock()
@@ -106,7 +102,5 @@ def _log_change(before: Health, now: Health) -> None:
     """Of a reason only its first words are compared: what comes then may count."""
     if (before.state, before.reason.split(" ")[:3]) == (now.state, now.reason.split(" ")[:3]):
         return
-    if now.state is HealthState.OK:
-        log.info("%s: ok", now.component)
-    else:
-        log.warning("%s: %s: %s", now.component, now.state.value, now.reason)
+    level = logging.INFO if now.state in (HealthState.OK, HealthState.STARTING) else logging.WARNING
+    log.log(level, "%s: %s%s", now.component, now.state.value, f": {now.reason}" if now.reason else "")

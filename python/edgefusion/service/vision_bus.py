@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import logging
-from typing import Callable, List, NamedTuple
+from typing import Callable, NamedTuple, Sequence
 
 import zenoh
 
@@ -42,8 +42,8 @@ log = logging.getLogger(__name__)
 class News(NamedTuple):
     """What came since the last turn. refused: why scans do not count; empty where all do."""
 
-    scans: List[Scan] = []  # noqa: RUF012
-    requests: List[PictureRequestDetail] = []  # noqa: RUF012
+    scans: Sequence[Scan] = ()
+    requests: Sequence[PictureRequestDetail] = ()
     refused: str = ""
 
 
@@ -57,7 +57,7 @@ class _Joined(NamedTuple):
 
 
 class VisionBus:
-    """take() and what tells are for the loop's thread. wake: called when a scan comes. status: how the detector is."""
+    """take(), tell() and answer() are for the loop's thread. wake: called when a scan comes. status: the detector's."""
 
     def __init__(
         self,

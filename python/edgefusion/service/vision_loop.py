@@ -8,6 +8,7 @@ from typing import List, Protocol, Sequence
 
 from edgefusion.clock import Clock
 from edgefusion.config import SyncConfig
+from edgefusion.drivers.camera_picture import Sight, sight
 from edgefusion.perception.detector import StageTimes
 from edgefusion.perception.sync import Pair
 from edgefusion.service.vision_eye import Eye
@@ -53,7 +54,11 @@ class VisionLoop:
         if frames:
             self._frame_ns = frames[-1].stamp_ns
         pair = self._pairs.add(scans, frames)
-        return self._look(pair) if pair is not None and self._eye.is_fresh else None
+        return self._look(pair) if pair is not None and self._is_worth_it(pair.frame) else None
+
+    def _is_worth_it(self, frame: Frame) -> bool:
+        """A black picture is none from the first on, long before the camera counts as blind."""
+        return self._eye.is_fresh and sight(frame.image) is Sight.CLEAR
 
     def _look(self, pair: Pair) -> Look | None:
         begun_ns = self._clock()

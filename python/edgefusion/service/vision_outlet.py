@@ -29,7 +29,7 @@ ALL_HZ = 1e9
 
 
 class VisionOutlet:
-    """For one thread. publisher: makes one of a topic, of so many a second at most."""
+    """tell() is for one thread, answer() for one. publisher: makes one of a topic, of so many a second at most."""
 
     def __init__(
         self,

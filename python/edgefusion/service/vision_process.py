@@ -30,7 +30,7 @@ def run_vision(config: Config, beats: Heartbeat, clock: Clock = system_clock) ->
     Raises RefusedError for a model, a calibration or a provider that will not do, before the camera is touched;
     RuntimeError where the network has failed for good.
     """
-    settings = config.vision
+    settings, start_ns = config.vision, clock()
     if settings.model is None or settings.calibration is None:
         raise RefusedError("vision.model: expected a model folder, without which there is no vision, got none")
     calibration = load_calibration(Path(settings.calibration))
@@ -43,15 +43,19 @@ def run_vision(config: Config, beats: Heartbeat, clock: Clock = system_clock) ->
         vision = Vision(config, calibration, detector, lambda: classifier.provider_note, camera, stamper, clock)
         vision.begin()
         try:
-            _see(vision, beats)
+            _see(vision, beats, start_ns)
         finally:
             vision.end()
 
 
-def _see(vision: Vision, beats: Heartbeat) -> None:
+def _see(vision: Vision, beats: Heartbeat, start_ns: int) -> None:
+    seen = False
     while not beats.parent_gone():
         beats.beat({"says": vision.says})
-        vision.turn()
+        look = vision.turn()
+        if look is not None and not seen:
+            log.info("first look %.1f s after the start", (look.ended_ns - start_ns) / 1e9)
+            seen = True
 
 
 def runtime_options(settings: VisionConfig) -> RuntimeOptions:

@@ -19,6 +19,7 @@ from edgefusion.messages.stamps import Stamper
 from edgefusion.service.on_change import OnChange
 from edgefusion.service.vision_eye import Eye
 from edgefusion.service.vision_outlet import ALL_HZ, MakePublisher
+from edgefusion.service.wake import Wake
 from edgefusion.types import Health
 
 TURN_S = 0.05
@@ -55,7 +56,7 @@ class VisionWatch:
         self._diagnostics = publisher(topics.DIAGNOSTICS, ALL_HZ)
         self._change = OnChange(round(1e9 / config.state_hz))
         self._frame_ns = 0
-        self._ending, self._failed = threading.Event(), False
+        self._wake, self._ending, self._failed = Wake(), False, False
         self._thread = threading.Thread(target=self._run, name="vision's states and images", daemon=True)
 
     def begin(self) -> None:
@@ -64,11 +65,13 @@ class VisionWatch:
 
     def end(self, timeout_s: float) -> None:
         """Waits so long at most for its end."""
-        self._ending.set()
+        self._ending = True
+        self._wake()
         self._thread.join(timeout_s)
 
     def _run(self) -> None:
-        while not self._ending.wait(TURN_S):
+        while not self._ending:
+            self._wake.wait(TURN_S)
             try:
                 self.tell()
             except Exception:
