@@ -64,8 +64,9 @@ class ViewLog:
             self._log("camera/scan", rr.Points2D(seen.uv, radii=2.0, colors=_colours(seen.ranges_m), draw_order=20))
 
     def image(self, data: bytes) -> None:
-        """As the camera took it."""
-        self._log("camera/image", rr.EncodedImage(contents=data))
+        """As the camera took it, a JPEG or PNG."""
+        media_type = "image/png" if data.startswith(b"\x89PNG") else "image/jpeg"
+        self._log("camera/image", rr.EncodedImage(contents=data, media_type=media_type))
 
     def clusters(self, clusters: Sequence[npt.NDArray[np.float64]]) -> None:
         """Each in its colour."""
