@@ -63,7 +63,8 @@ def test_what_keeps_it_from_seeing_is_said(
 
 def test_scans_and_frames_that_never_meet_are_said_with_the_setting_that_keeps_them_apart() -> None:
     state = seeing()
-    state.scanned(START_NS + 3000 * MS)
+    for after_ms in (1000, 2000, 3000):
+        state.scanned(START_NS + after_ms * MS)
     assert "sync.tolerance_s = 0.1 s" in state.health(START_NS + 3000 * MS, WELL).reason
 
 
@@ -82,3 +83,25 @@ def test_the_figures_are_medians_of_the_looks_with_their_units() -> None:
     assert figures["infer [ms]"] == "30.0"
     assert figures["age when known [ms]"] == "90.0"
     assert figures["frames [Hz]"] == "5.0"
+
+
+def test_after_a_trouble_scans_and_frames_have_time_to_meet_again() -> None:
+    state = seeing()
+    lost, over_ns = Circumstances(trouble="CAMERA_LOST: unplugged"), START_NS + 9000 * MS
+    state.scanned(over_ns)
+    assert state.health(over_ns, lost).state is HealthState.FAILED
+    assert state.health(over_ns + 1000 * MS, WELL).state is HealthState.STARTING
+    state.looked(look(over_ns + 1500 * MS))
+    assert state.health(over_ns + 1500 * MS, WELL).state is HealthState.OK
+
+
+def test_a_camera_that_starts_is_no_failure() -> None:
+    starts = Circumstances(trouble="CAMERA_STARTING: no picture yet")
+    assert VisionState(START_NS, 0.1).health(START_NS, starts).state is HealthState.STARTING
+
+
+def test_a_detector_that_takes_seconds_has_not_missed_its_scans() -> None:
+    state = seeing()
+    state.scanned(START_NS + 3000 * MS)
+    state.looked(look(START_NS + 6000 * MS))
+    assert state.health(START_NS + 6000 * MS, WELL).state is HealthState.OK

@@ -10,6 +10,7 @@ from typing import Deque, Dict, Mapping
 
 import numpy as np
 
+from edgefusion.drivers.camera_state import STARTING as CAMERA_STARTING
 from edgefusion.service.vision_look import Look
 from edgefusion.types import Health, HealthState
 
@@ -36,17 +37,19 @@ class VisionState:
     """Told of every scan and look; start_ns: from when both are waited for."""
 
     def __init__(self, start_ns: int, tolerance_s: float) -> None:
-        self._scan_ns = self._look_ns = start_ns
+        self._scan_ns = self._since_ns = start_ns
         self._tolerance_s = tolerance_s
         self._looks: Deque[Look] = deque(maxlen=_KEPT)
 
     def scanned(self, now_ns: int) -> None:
         """A scan came."""
+        if now_ns - self._scan_ns > PATIENCE_NS:
+            self._wait_anew(now_ns)
         self._scan_ns = now_ns
 
     def looked(self, look: Look) -> None:
         """The detector has looked."""
-        self._look_ns = look.ended_ns
+        self._scan_ns = self._since_ns = look.ended_ns
         self._looks.append(look)
 
     def health(self, now_ns: int, so: Circumstances) -> Health:
@@ -56,19 +59,26 @@ class VisionState:
 
     def _judged(self, now_ns: int, so: Circumstances) -> tuple[HealthState, str]:
         if so.trouble:
-            return HealthState.FAILED, f"sees nothing: {so.trouble}"
+            self._wait_anew(now_ns)
+            state = HealthState.STARTING if so.trouble.startswith(CAMERA_STARTING) else HealthState.FAILED
+            return state, f"sees nothing: {so.trouble}"
         if now_ns - self._scan_ns > PATIENCE_NS:
             return HealthState.FAILED, self._no_scans(now_ns, so)
-        if now_ns - self._look_ns > PATIENCE_NS:
+        if now_ns - self._since_ns > PATIENCE_NS:
             apart = f"none within sync.tolerance_s = {self._tolerance_s:g} s of each other"
             return HealthState.FAILED, f"NO_PAIRS: scans and frames come, but {apart}"
         if not self._looks:
-            return HealthState.STARTING, "waits for the first scan and frame"
+            return HealthState.STARTING, "waits for a scan and a frame"
         if so.note:
             return HealthState.DEGRADED, so.note
         if self._looks[-1].pose is None:
             return HealthState.DEGRADED, "NO_ODOMETRY: how the robot moves between scan and frame is not known"
         return HealthState.OK, ""
+
+    def _wait_anew(self, now_ns: int) -> None:
+        """For scans and frames that meet; before, none could."""
+        self._since_ns = now_ns
+        self._looks.clear()
 
     def _no_scans(self, now_ns: int, so: Circumstances) -> str:
         if so.refused:
