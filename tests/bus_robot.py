@@ -67,6 +67,14 @@ class BusRobot:
         process.send_signal(number)
         return process.wait(30)
 
+    def child_of(self, parent: str, verb: str) -> int:
+        """Its process id."""
+        pid = self.processes[parent].pid
+        for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+            if f"\0{verb}\0".encode() in Path(f"/proc/{child}/cmdline").read_bytes():
+                return int(child)
+        raise AssertionError(f"no {verb} runs")
+
     def connect(self) -> Robot:
         robots: list[Robot] = []
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
 
@@ -15,6 +16,7 @@ from edgefusion.bus import topics
 from edgefusion.messages.stamps import Stamper
 from edgefusion.messages.to_odometry import to_odometry
 from edgefusion.messages.to_scan import to_scan
+from edgefusion.types import HealthState
 
 
 def test_a_goal_from_a_client_is_driven_to_and_reported_until_it_arrives(tmp_path) -> None:
@@ -57,3 +59,19 @@ def test_a_base_that_was_halted_for_a_second_says_first_to_stop(tmp_path) -> Non
         first = next(told for told in it.lab.motions() if told[0] >= since_ns)
         assert first[1:] in STOPS
         wait_for(lambda: it.moving(0.1))  # it is well, and goes on
+
+
+def test_a_base_that_is_killed_at_speed_is_stopped_for_and_its_robot_stays_when_it_is_back(tmp_path) -> None:
+    with BusRobot(tmp_path) as it:
+        robot = it.start("run").connect()
+        it.go(robot)
+        wait_for(it.moving)
+        os.kill(it.child_of("run", "base"), signal.SIGKILL)
+        since_ns = time.monotonic_ns()
+        it.stopped_after_s(since_ns)
+        for well in (False, True):
+            wait_for(lambda: all(each.health.state is HealthState.OK for each in robot.status.healths) is well)  # noqa: B023
+        assert it.velocities(since_ns) <= {0}
+        assert it.end("run") == 0
+        wait_for(lambda: not it.lab.robot.open)
+        assert it.last_motion() in STOPS
