@@ -128,6 +128,14 @@ def test_a_goal_pose_that_is_refused_is_counted() -> None:
     assert bench.helm.refused_goals == 1
 
 
+def test_a_goal_for_a_robot_that_is_well_and_has_not_said_where_it_is_is_refused() -> None:
+    bench = Steered()
+    bench.mute.add("robot")
+    bench.run(1)
+    with pytest.raises(RefusedError, match="has not said yet where it is"):
+        bench.helm.goto(AHEAD)
+
+
 def test_interest_that_comes_with_a_goal_or_alone_is_the_missions_from_then_on() -> None:
     bench = underway()
     bench.helm.inspect(InspectRequest(("chair",)))

@@ -196,6 +196,8 @@ class BaseLoop:
         """Why no goal is driven to; empty where they are."""
         findings = judge_health(self._healths, self._safety)
         reasons = [finding.reason for finding in findings if finding.action >= Action.STOP]
+        if self.pose is None:
+            reasons.append("robot: has not said yet where it is")
         if self._battery_v < self._low_battery_v:
             reasons.append(f"robot: the battery is low: {self._battery_v:.1f} V")
         return "; ".join(reasons)
