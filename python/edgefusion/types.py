@@ -64,9 +64,7 @@ class Scan:
         if not 0 <= self.range_min_m < math.inf:
             raise RefusedError(f"range_min_m: expected a finite number of at least 0, got {self.range_min_m}")
         if not self.range_max_m > self.range_min_m:
-            raise RefusedError(
-                f"range_max_m: expected above range_min_m, {self.range_min_m}, got {self.range_max_m}"
-            )
+            raise RefusedError(f"range_max_m: expected above range_min_m, {self.range_min_m}, got {self.range_max_m}")
         object.__setattr__(self, "ranges_m", read_only(ranges_m))
         if self.beam_dt_ns is not None:
             dt_ns = np.asarray(self.beam_dt_ns, np.int64)
