@@ -8,6 +8,7 @@ import math
 import threading
 from contextlib import ExitStack
 from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.messages.frames import BASE_LINK, CAMERA_OPTICAL, LASER
 from edgefusion.messages.from_camera_info import from_camera_info
 from edgefusion.messages.from_detections_detail import from_detections_detail
+from edgefusion.messages.from_healths import from_healths
 from edgefusion.messages.from_image import from_image
 from edgefusion.messages.from_odometry import from_odometry
 from edgefusion.messages.from_path import from_path
@@ -30,9 +32,10 @@ from edgefusion.messages.intrinsics import Intrinsics
 from edgefusion.messages.transform import FrameTransform
 from edgefusion.recording import extras
 from edgefusion.tools.view_projection import camera_from_laser, pixels, points
-from edgefusion.types import Frame, Pose2D, Scan, Twist2D
+from edgefusion.types import Frame, Health, HealthState, Pose2D, Scan, Twist2D
 
 pytest.importorskip("rerun")
+from edgefusion.tools.view_sink import page_of
 
 # A camera 10 cm above the laser that looks ahead, too.
 T_LASER_CAMERA = np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0.1], [0, 0, 0, 1]], float)
@@ -79,6 +82,8 @@ def say_everything(base: Speaker) -> None:
     base.say(topics.SCAN, from_scan(SCAN, STAMPER))
     base.say(topics.IMAGE, from_image(Frame(7, picture), STAMPER))
     base.say(topics.DETECTIONS_DETAIL, from_detections_detail(7, [detection(7, 2.0)]))
+    figures = {"camera": {"infer [ms]": "4.1", "pairs": "12", "runs on": "cpu"}}
+    base.say(topics.DIAGNOSTICS, from_healths(7, [Health("camera", HealthState.OK)], STAMPER, figures))
     base.say(topics.PATH, from_path(7, [Pose2D(0, 0), Pose2D(1, 2)], STAMPER))
 
 
@@ -102,7 +107,14 @@ def test_the_saved_file_holds_what_the_robot_said(tmp_path: Path) -> None:
     assert content.startswith(b"RRF2")
     for entity in (b"camera/image", b"camera/boxes", b"camera/scan", b"odom/path", b"odom/goal", b"laser/scan"):
         assert entity in content
+    assert b"times_ms/camera/infer_ms_" in content and b"figures/camera/pairs" in content
+    assert b"runs_on" not in content
     assert main(["view", "--save", str(tmp_path / "a.rrd"), "--connect", lab.tcp]) == 2
+
+
+def test_the_address_of_the_page_survives_a_browser() -> None:
+    address = "rerun+http://127.0.0.1:9876/proxy"
+    assert parse_qs(urlsplit(page_of(address, 9090)).query) == {"url": [address]}
 
 
 def test_without_rerun_it_is_said_what_to_install() -> None:

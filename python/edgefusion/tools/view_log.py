@@ -94,13 +94,14 @@ class ViewLog:
         self._log("odom/goal", rr.Points3D(way[-1:], radii=0.1, colors=[_GREEN], labels=["goal"] if way else []))
 
     def healths(self, reports: Sequence[Report]) -> None:
-        """States as a log, and the figures that are numbers."""
+        """States as a log, and the figures that are numbers: times, and others."""
         for report in reports:
             component, state, reason = report.health.component, report.health.state.value, report.health.reason
             self._log(f"states/{_name(component)}", rr.TextLog(f"{component} {state}: {reason}".rstrip(": ")))
             for name, value in report.figures.items():
                 if _NUMBER.fullmatch(value):
-                    self._log(f"figures/{_name(component)}/{_name(name)}", rr.Scalars(float(value)))
+                    folder = "times_ms" if name.endswith("[ms]") else "figures"  # counts would flatten the times
+                    self._log(f"{folder}/{_name(component)}/{_name(name)}", rr.Scalars(float(value)))
 
     def _log(self, path: str, what: rr.AsComponents) -> None:
         self._recording.log(path, what)

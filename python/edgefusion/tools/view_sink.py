@@ -7,6 +7,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Iterator, Optional
+from urllib.parse import quote
 
 import rerun as rr
 import rerun.blueprint as rrb
@@ -39,7 +40,7 @@ def layout() -> rrb.Blueprint:
     above = rrb.Spatial3DView(origin="/odom", name="from above")
     image = rrb.Spatial2DView(origin="/camera", name="camera")
     distances = rrb.TimeSeriesView(origin="/distance_m", name="distances [m]")
-    times = rrb.TimeSeriesView(origin="/figures", name="stage times and other figures")
+    times = rrb.TimeSeriesView(origin="/times_ms", name="stage times [ms]")
     shown = rrb.Vertical(rrb.Horizontal(image, above), rrb.Horizontal(distances, times), row_shares=[3, 1])
     return rrb.Blueprint(shown, rrb.TimePanel(timeline="robot"), collapse_panels=True)
 
@@ -47,4 +48,9 @@ def layout() -> rrb.Blueprint:
 def _serve(recording: rr.RecordingStream, web_port: int, data_port: int) -> None:
     address = recording.serve_grpc(grpc_port=data_port, default_blueprint=layout(), server_memory_limit="25%")
     rr.serve_web_viewer(web_port=web_port, open_browser=False)
-    print(f"http://localhost:{web_port}/?url={address.replace('://', '%3A%2F%2F').replace('/proxy', '%2Fproxy')}")
+    print(page_of(address, web_port), flush=True)
+
+
+def page_of(address: str, web_port: int) -> str:
+    """What to open in a browser on this computer for the data at an address."""
+    return f"http://localhost:{web_port}/?url={quote(address, safe='')}"
