@@ -23,8 +23,10 @@ from edgefusion.bus.client import Errand, Robot
 from edgefusion.bus.freshness import Freshness
 from edgefusion.bus.inbox import Inbox
 from edgefusion.bus.liveliness import declare_alive
+from edgefusion.bus.publisher import Publisher
 from edgefusion.bus.requests import GoalRequest, GotoRequest, InspectRequest, ResumeRequest, StopRequest
 from edgefusion.bus.session import UnreachableError
+from edgefusion.bus.tags import Tagger
 from edgefusion.errors import RefusedError
 from edgefusion.messages.from_battery import from_battery
 from edgefusion.messages.from_detections_detail import from_detections_detail
@@ -205,10 +207,11 @@ def test_the_laptops_part_loads_neither_the_core_nor_the_runtime() -> None:
 def test_a_program_that_closes_nothing_ends_all_the_same(lab: Lab, base: Base) -> None:
     """Also while it is told something."""
     over = threading.Event()
+    publisher = Publisher(base.session, "robot", topics.MISSION, Tagger(), "boot")
 
     def talk() -> None:
         while not over.wait(0.0005):
-            base.say(topics.MISSION, from_mission(report(1, "driving")))
+            publisher.put(from_mission(report(1, "driving")), 0)
 
     talking = threading.Thread(target=talk)
     talking.start()
