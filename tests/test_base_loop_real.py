@@ -20,6 +20,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.navigation.mission_step import MissionState
 from edgefusion.service.base import Base
 from edgefusion.service.base_devices import open_base
+from edgefusion.service.base_inputs import Outputs
 from edgefusion.service.base_loop import BaseLoop
 from edgefusion.service.ending import Ending
 from edgefusion.types import Health, HealthState
@@ -80,6 +81,14 @@ def accepted(base: Base) -> bool:
     return True
 
 
+def arrived(base: Base, outputs: list[Outputs]) -> bool:
+    """Asks again where a machine that is too busy had the goal given up."""
+    mission = outputs[-1].mission if outputs else None
+    if mission is None or mission.state in (MissionState.IDLE, MissionState.STOPPED):
+        accepted(base)
+    return mission is not None and mission.state is MissionState.ARRIVED
+
+
 def assert_ended_by_a_stop(lab: Lab) -> None:
     *stop, close = [(number, value) for _, number, value in lab.motions()[-4:]]
     assert sorted(stop) == [(Command.VEL, 0), (Command.RVEL, 0), (Command.STOP, 0)]
@@ -90,8 +99,7 @@ def test_over_the_wires_it_drives_a_metre_and_leaves_both_devices_at_rest(tmp_pa
     outputs = []
     with Lab() as lab:
         with Running(open_base(FAST, lab.robot_port, lab.laser_port, outputs.append, tmp_path)) as running:
-            wait_for(lambda: accepted(running.base))
-            wait_for(lambda: outputs[-1].mission and outputs[-1].mission.state is MissionState.ARRIVED)
+            wait_for(lambda: arrived(running.base, outputs))
             assert abs(lab.pose.x_m - 1.0) < 0.06
             assert abs(lab.pose.y_m) < 0.06
         assert running.error is None

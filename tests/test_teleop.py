@@ -98,20 +98,27 @@ def test_in_a_terminal_keys_drive_and_the_last_that_is_told_is_to_stand(lab: Lab
     told: List[Twist2D] = []
     with subprocess.Popen(command, stdin=inside, stdout=inside, stderr=inside) as process:
 
+        def listen() -> None:  # all the time: a command is old after 0.2 s
+            told.extend(twist for _, twist in inbox.take(time.monotonic_ns()))
+
         def is_driven() -> bool:
             os.write(terminal, b"w")
             if select.select([terminal], [], [], 0.02)[0]:
                 os.read(terminal, 65536)
-            told.extend(twist for _, twist in inbox.take(time.monotonic_ns()))
+            listen()
             return Twist2D(0.2) in told
+
+        def has_ended() -> bool:
+            listen()
+            return process.poll() is not None
 
         until(is_driven, 20)
         if isinstance(end, bytes):
             os.write(terminal, end)
         else:
             process.send_signal(end)
-        process.wait(timeout=20)
-    until(lambda: told.extend(twist for _, twist in inbox.take(time.monotonic_ns())) or told[-1] == Twist2D())
+        until(has_ended, 20)
+    until(lambda: listen() or told[-1] == Twist2D())
     os.close(terminal), os.close(inside)
 
 
