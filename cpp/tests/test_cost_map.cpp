@@ -36,7 +36,9 @@ std::vector<double> scattered(ObstacleMap& map, unsigned seed, int count) {
   std::uniform_real_distribution<double> place(-2.0, 2.0);
   std::vector<double> points;
   for (int i = 0; i < count; ++i) put(map, place(random), place(random));
-  map.points_near(0, 0, 100, 0.0, points);
+  for (std::size_t i = 0; i < map.window().size(); ++i)
+    if (map.at(i).evidence > 0)
+      points.insert(points.end(), {static_cast<double>(map.at(i).x), static_cast<double>(map.at(i).y)});
   return points;
 }
 
