@@ -63,9 +63,11 @@ class BusRobot:
 
     def end(self, verb: str, number: int = signal.SIGTERM) -> int:
         """The exit code."""
-        process = self.processes.pop(verb)
+        process = self.processes[verb]
         process.send_signal(number)
-        return process.wait(30)
+        code = process.wait(30)
+        del self.processes[verb]
+        return code
 
     def child_of(self, parent: str, verb: str) -> int:
         """Its process id."""

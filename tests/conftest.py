@@ -3,6 +3,7 @@
 """What the tests share: the real data beside the project, where a machine has it."""
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,9 @@ from hypothesis import settings
 # No test depends on how fast the machine is; CI tries the same examples every time, people new ones.
 settings.register_profile("edgefusion", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("edgefusion")
+
+# A shell starts what it puts in the background with Ctrl-C ignored, and all that this starts would inherit it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
