@@ -13,8 +13,9 @@ from hypothesis import settings
 settings.register_profile("edgefusion", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("edgefusion")
 
-# A shell starts what it puts in the background with Ctrl-C ignored, and all that this starts would inherit it.
+# What a shell puts in the background, or nohup starts, ignores these, and all that the tests start would inherit it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
