@@ -106,3 +106,19 @@ def test_the_reserve_stays_free_and_the_recording_ends_well(tmp_path: Path) -> N
     writer.close()
     assert [note.data for note in read_by_mcap(path.open("rb"))] == [bytes(8)]
     assert free - path.stat().st_size > 500_000_000
+
+
+def test_a_file_is_replaced_where_the_disk_has_room_once_it_is_gone_and_else_it_stays(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_bytes(os.urandom(4_000_000))
+    with pytest.raises(OSError, match="504 MB are free on the disk, 505 MB are to stay free"):
+        RecordFile.create(path, 505_000_000, overwrite=True, free_bytes=lambda _: 500_000_000)
+    assert path.stat().st_size == 4_000_000
+    RecordFile.create(path, 502_000_000, overwrite=True, free_bytes=lambda _: 500_000_000).close()
+    assert path.stat().st_size == 0
+
+
+def test_where_there_is_no_room_no_empty_file_is_left(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="500 MB are to stay free"):
+        RecordFile.create(tmp_path / "a.mcap", 500_000_000, free_bytes=lambda _: 500_000_000)
+    assert not (tmp_path / "a.mcap").exists()

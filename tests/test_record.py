@@ -121,6 +121,7 @@ def test_killed_it_leaves_what_it_had_and_recover_mends_it(
     ("arguments", "named"),
     [
         (["a.mcap"], "a.mcap: exists already; --overwrite replaces it"),
+        (["a.mcap", "--overwrite", "--reserve", "1000000"], r"a.mcap: cannot write there: \d+ MB are free on the disk"),
         (["nowhere/b.mcap"], "nowhere/b.mcap: cannot write there: No such file or directory"),
         (["b.mcap", "--topic", "camera"], "--topic: expected some of scan, odom, .*, got camera"),
         (["b.mcap", "--reserve", "1000000"], r"b.mcap: cannot write there: \d+ MB are free on the disk, 1000000 MB"),

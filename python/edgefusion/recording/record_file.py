@@ -15,6 +15,9 @@ ENDING_BYTES = 1 << 20
 
 ENDING_SHARE = 1 / 32
 
+_BLOCK_BYTES = 512
+"""In which the system tells what a file takes on the disk."""
+
 Write = Callable[[int, Union[bytes, memoryview]], int]
 
 
@@ -45,27 +48,47 @@ class RecordFile:
         self._end = os.lseek(descriptor, 0, os.SEEK_END)
 
     @classmethod
-    def create(cls, path: Path, reserve_bytes: int = 0, overwrite: bool = False) -> RecordFile:
-        """A new file. Raises OSError, FileExistsError where it is there already and not to be replaced."""
-        how = 0 if overwrite else os.O_EXCL
-        file = cls.open(path, os.O_CREAT | how, reserve_bytes)
-        file.cut(0)
-        _sync_folder(path.parent)
+    def create(
+        cls,
+        path: Path,
+        reserve_bytes: int = 0,
+        overwrite: bool = False,
+        free_bytes: Callable[[int], int] = free_bytes,
+    ) -> RecordFile:
+        """A new file. Raises OSError, FileExistsError where it is there already and not to be replaced; what is there
+        stays as it is then, and is dropped only once it is sure that there is room for more."""
+        try:
+            file, is_new = cls.open(path, os.O_CREAT | os.O_EXCL, reserve_bytes, free_bytes), True
+        except FileExistsError:
+            if not overwrite:
+                raise
+            file, is_new = cls.open(path, 0, reserve_bytes, free_bytes), False
+        try:
+            file._begin_anew()
+            if is_new:
+                _sync_folder(path.parent)
+        except BaseException:
+            file.close()
+            if is_new:
+                path.unlink()
+            raise
         return file
 
     @classmethod
-    def open(cls, path: Path, flags: int = 0, reserve_bytes: int = 0) -> RecordFile:
+    def open(
+        cls, path: Path, flags: int = 0, reserve_bytes: int = 0, free_bytes: Callable[[int], int] = free_bytes
+    ) -> RecordFile:
         """A file that is there, to go on at its end. flags: of os.open, more than those. Raises OSError."""
         descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | flags, 0o644)
         try:
-            return cls(descriptor, reserve_bytes)
+            return cls(descriptor, reserve_bytes, free_bytes=free_bytes)
         except BaseException:
             os.close(descriptor)
             raise
 
     def write(self, data: bytes) -> int:
         """Appends all of the data, or raises OSError and the file is as before."""
-        self._check_reserve(len(data))
+        self._check_reserve(len(data), self._end)
         try:
             self._write_all(memoryview(data))
         except BaseException:
@@ -95,11 +118,17 @@ class RecordFile:
         """Closes the file."""
         os.close(self._descriptor)
 
-    def _check_reserve(self, length: int) -> None:
+    def _begin_anew(self) -> None:
+        """Drops what is there, or raises OSError and it stays."""
+        dropped_bytes = os.fstat(self._descriptor).st_blocks * _BLOCK_BYTES
+        self._check_reserve(0, 0, dropped_bytes)
+        self.cut(0)
+
+    def _check_reserve(self, length: int, end: int, dropped_bytes: int = 0) -> None:
         if not self._reserve_bytes:
             return
-        wanted = self._reserve_bytes + ENDING_BYTES + round(self._end * ENDING_SHARE)
-        free = self._free_bytes(self._descriptor)
+        wanted = self._reserve_bytes + ENDING_BYTES + round(end * ENDING_SHARE)
+        free = self._free_bytes(self._descriptor) + dropped_bytes
         if free - length < wanted:
             kept_mb = self._reserve_bytes / 1e6
             raise OSError(errno.ENOSPC, f"{free / 1e6:.0f} MB are free on the disk, {kept_mb:.0f} MB are to stay free")
