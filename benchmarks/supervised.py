@@ -14,7 +14,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from edgefusion.config import BaseConfig, PioneerConfig, ServiceConfig
+from edgefusion.config import BaseConfig, Config, PioneerConfig, ServiceConfig, VisionConfig
 from edgefusion.drivers.link import Link
 from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.service.children import children_of
@@ -31,7 +31,8 @@ _PERIOD_S = 0.05
 def supervise(folder: Path) -> int:
     """With the limits and pauses that a robot has."""
     set_up_logs("supervisor")
-    config = ServiceConfig(processes=("base", "vision"))
+    vision = VisionConfig(model="of another child", calibration="of another child")
+    config = Config(service=ServiceConfig(processes=("base", "vision")), vision=vision)
     argv = (sys.executable, "-m", "benchmarks.supervised")
     specs = [replace(spec, argv=(*argv, spec.name, str(folder))) for spec in children_of(config, folder)]
     return Supervisor(specs, stop=partial(stop_robot, lock_folder=folder)).run()

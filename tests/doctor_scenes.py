@@ -15,6 +15,9 @@ from edgefusion.sim.wire_device import WireDevice
 from edgefusion.tools.doctor_finding import Examination, Finding
 from virtual_port import VirtualLine
 
+SEES = {"vision": {"model": "net", "calibration": "rig.toml"}}
+"""Changes by which there is vision; neither file is there."""
+
 
 def examination(folder: Path, **changes: dict[str, Any]) -> Examination:
     """Of the defaults with changes, section by section; its configuration is a file in the folder."""

@@ -76,6 +76,14 @@ def test_a_file_changes_only_what_it_names(tmp_path: Path) -> None:
         ),
         ("[service]\nbase_silence_s = 0.1\n", "2: service.base_silence_s: expected more than safety.max_cycle_s, 0.2"),
         ("[camera]\nrate_hz = 30\nexposure_s = 0.1\n", "3: camera: exposure_s: expected at most 1 / rate_hz, "),
+        (
+            "[service]\ndrive_without_vision = false\n",
+            "2: vision.model: expected one where service.drive_",
+        ),
+        (
+            "[service]\nprocesses = ['vision']\n",
+            "2: vision.model: expected one where service.processes ",
+        ),
         ("[vision]\nmodel = 'net'\n", "2: vision: model, calibration: expected both or neither, "),
         ("[vision]\nrequire_provider = true\n", "2: vision: require_provider: expected a provider beside it"),
         pytest.param(f"a = {'[' * 100000}", "not TOML", id="nested deeply"),

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from camera_scenes import flat, scene
-from doctor_scenes import examination, told
+from doctor_scenes import SEES, examination, told
 from edgefusion.sim.mjpeg_server import MjpegServer
 from edgefusion.tools.doctor_camera import check_camera
 from edgefusion.tools.doctor_finding import Finding
@@ -49,7 +49,7 @@ def serve() -> Iterator[Callable[..., str]]:
 
 
 def found(folder: Path, **camera: Any) -> tuple[Finding, tuple[int, int] | None]:
-    exam = examination(folder, camera={**QUICK, **camera}, service={"processes": ("vision",)})
+    exam = examination(folder, **SEES, camera={**QUICK, **camera}, service={"processes": ("vision",)})
     (finding,) = check_camera(exam)
     return finding, exam.picture_size
 
@@ -89,6 +89,6 @@ def test_a_camera_that_is_not_there_is_lost_and_its_password_is_not_told(tmp_pat
 def test_a_camera_is_not_asked_where_vision_runs_elsewhere_or_its_device_is_unusable(tmp_path: Path) -> None:
     elsewhere = examination(tmp_path, service={"processes": ("base",)})
     assert [each.text for each in check_camera(elsewhere)] == ["vision runs on another machine"]
-    exam = examination(tmp_path, camera={"source": 77})
+    exam = examination(tmp_path, **SEES, camera={"source": 77})
     exam.unusable.add("/dev/video77")
     assert told(list(check_camera(exam))) == ["skipped camera"]

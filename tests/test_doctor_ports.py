@@ -15,7 +15,7 @@ from typing import Any, Iterator
 
 import pytest
 
-from doctor_scenes import examination, told
+from doctor_scenes import SEES, examination, told
 from edgefusion.drivers.port_lock import PortLock
 from edgefusion.sim.wire_pty import PtyWire
 from edgefusion.tools import doctor_ports
@@ -127,7 +127,7 @@ def test_a_lock_file_that_may_not_be_written_is_named(tmp_path: Path, port: str)
 
 def test_a_camera_that_is_not_there_is_a_port_too_but_only_where_vision_runs(tmp_path: Path) -> None:
     def found(*processes: str, **camera: Any) -> list[str]:
-        exam = examination(tmp_path, service={"processes": processes}, camera=camera)
+        exam = examination(tmp_path, **SEES, service={"processes": processes}, camera=camera)
         return [each.text for each in check_ports(exam)]
 
     assert found("vision", source="/dev/video77") == ["camera: /dev/video77: not there"]

@@ -14,6 +14,7 @@ import pytest
 from doctor_scenes import examination, told
 from edgefusion.sim.rig import Rig
 from edgefusion.tools.arguments import LAB_MODEL
+from edgefusion.tools.doctor_camera import check_camera
 from edgefusion.tools.doctor_finding import Examination
 from edgefusion.tools.doctor_vision import check_calibration, check_model
 
@@ -89,13 +90,13 @@ def test_groups_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     assert "none.toml: cannot be read" in finding.text
 
 
-def test_vision_without_a_model_is_a_failure_where_it_runs(tmp_path: Path) -> None:
-    for check in (check_model, check_calibration):
-        (finding,) = check(examination(tmp_path))
-        assert finding.state.value == "failed"
-        assert "[service] processes" in finding.cure
-        (finding,) = check(examination(tmp_path, service={"processes": ("bus", "base")}))
-        assert finding.state.value == "skipped"
+@pytest.mark.parametrize("check", [check_model, check_calibration, check_camera])
+def test_what_only_vision_needs_is_skipped_where_it_does_not_run_with_the_reason(check: Any, tmp_path: Path) -> None:
+    (without_a_model,) = check(examination(tmp_path))
+    (elsewhere,) = check(examination(tmp_path, service={"processes": ("bus", "base")}))
+    assert [each.state.value for each in (without_a_model, elsewhere)] == ["skipped"] * 2
+    assert without_a_model.text == "[vision] has no model: the robot only drives"
+    assert elsewhere.text == "vision runs on another machine"
 
 
 def test_a_calibration_that_fits_is_told(tmp_path: Path) -> None:

@@ -10,10 +10,11 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from edgefusion.config import ServiceConfig
+from edgefusion.config import Config, ServiceConfig, VisionConfig
 from edgefusion.drivers.port_lock import PortBusyError
 from edgefusion.errors import RefusedError
 from edgefusion.service import utc
@@ -108,8 +109,13 @@ def test_children_take_the_supervisors_offset_and_a_process_alone_takes_its_own(
         utc.utc_offset_ns({utc.ENVIRONMENT: "1.5"})
 
 
+def configured(**service: Any) -> Config:
+    """One with a model."""
+    return Config(service=ServiceConfig(**service), vision=VisionConfig(model="net", calibration="rig.toml"))
+
+
 def test_the_children_are_what_the_configuration_says() -> None:
-    config = ServiceConfig(vision_failures=3, vision_failures_within_s=30.0, base_silence_s=1.0, longest_pause_s=2.0)
+    config = configured(vision_failures=3, vision_failures_within_s=30.0, base_silence_s=1.0, longest_pause_s=2.0)
     bus, base, vision = children_of(config, Path("/etc/robot.toml"))
     assert base.argv == (sys.executable, "-m", "edgefusion.cli", "base", "--config", "/etc/robot.toml")
     assert (bus.drives, base.drives, vision.drives) == (False, True, False)
@@ -120,12 +126,16 @@ def test_the_children_are_what_the_configuration_says() -> None:
 
 
 def test_only_what_this_machine_is_to_run_is_started() -> None:
-    config = ServiceConfig(processes=("bus", "base"))
+    config = configured(processes=("bus", "base"))
     assert [spec.name for spec in children_of(config, Path("robot.toml"))] == ["bus", "base"]
 
 
+def test_without_a_model_there_is_no_vision() -> None:
+    assert [spec.name for spec in children_of(Config(), Path("robot.toml"))] == ["bus", "base"]
+
+
 def test_without_leave_to_drive_on_vision_is_required() -> None:
-    config = ServiceConfig(processes=("vision",), drive_without_vision=False)
+    config = configured(processes=("vision",), drive_without_vision=False)
     assert children_of(config, Path("robot.toml"))[0].required
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edgefusion.config import BaseConfig, PioneerConfig, ServiceConfig
+from edgefusion.config import BaseConfig, Config, PioneerConfig, VisionConfig
 from edgefusion.drivers.link import Link
 from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.drivers.sip_command import Command, command
@@ -23,7 +23,7 @@ from robot_faults import AHEAD, MS, SEEDS, Driven, MakeDriven, driven
 from supervised import Supervised
 
 __all__ = ["driven"]
-DEFAULTS = children_of(ServiceConfig(), Path("robot.toml"))
+DEFAULTS = children_of(Config(vision=VisionConfig(model="model", calibration="rig.toml")), Path("robot.toml"))
 
 
 def base_dies(made: Driven) -> int:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Tuple
 
 import msgspec
 
@@ -19,7 +19,7 @@ from edgefusion.config.navigation import BaseConfig, KhatibConfig, NavigationCon
 from edgefusion.config.perception import USUAL_HEIGHTS, HeightRule, Heights, PerceptionConfig, SyncConfig
 from edgefusion.config.pioneer import PioneerConfig
 from edgefusion.config.safety import SafetyConfig
-from edgefusion.config.service import ServiceConfig
+from edgefusion.config.service import Process, ServiceConfig
 from edgefusion.config.strict import convert, read_toml
 from edgefusion.config.vision import VisionConfig
 
@@ -67,6 +67,11 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
     def __post_init__(self) -> None:
         check_combinations(self)
+
+    @property
+    def processes(self) -> Tuple[Process, ...]:
+        """What this machine runs: what it is to, but no vision without a model."""
+        return tuple(name for name in self.service.processes if name != "vision" or self.vision.model is not None)
 
 
 def load_config(path: Path | None) -> Config:

@@ -50,4 +50,14 @@ def _base_silence(config: Config) -> None:
         )
 
 
-_CHECKS: Tuple[Callable[[Config], None], ...] = (_ports, _scan_ages, _cmd_vel, _base_silence)
+def _vision(config: Config) -> None:
+    """Without a model there is none: that is well where the rest may do without it."""
+    if "vision" not in config.service.processes or config.vision.model is not None:
+        return
+    if not config.service.drive_without_vision:
+        raise RefusedError("vision.model: expected one where service.drive_without_vision is false, got none")
+    if not config.processes:
+        raise RefusedError("vision.model: expected one where service.processes is vision alone, got none")
+
+
+_CHECKS: Tuple[Callable[[Config], None], ...] = (_ports, _scan_ages, _cmd_vel, _base_silence, _vision)

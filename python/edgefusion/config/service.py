@@ -26,7 +26,7 @@ class ServiceConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     """What `edgefusion run` starts and watches. A process that is silent for too long is killed and started again."""
 
     processes: Processes = ("bus", "base", "vision")
-    """What this machine runs; the rest may run on another one."""
+    """What this machine runs; the rest may run on another one. Vision is left out where [vision] has no model."""
     bus_silence_s: Seconds = 3.0
     """So long the bus may be silent before it is taken for dead."""
     base_silence_s: Seconds = 1.5

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Dict, Tuple
 
-from edgefusion.config.service import ServiceConfig
+from edgefusion.config import Config, ServiceConfig
 from edgefusion.service.child_spec import ChildSpec, GiveUp
 
 _VISION_NICE = 10
@@ -19,18 +19,19 @@ _VISION_OOM = 500
 """When memory runs out it is vision that is killed: it has most of it, and nothing moves by it."""
 
 
-def children_of(config: ServiceConfig, path: Path) -> Tuple[ChildSpec, ...]:
+def children_of(config: Config, path: Path) -> Tuple[ChildSpec, ...]:
     """path: of the configuration, for each of them to read."""
-    bus = _spec("bus", config, path, config.bus_start_s, config.bus_silence_s)
-    base = _spec("base", config, path, config.base_start_s, config.base_silence_s)
-    vision = _spec("vision", config, path, config.vision_start_s, config.vision_silence_s)
+    service = config.service
+    bus = _spec("bus", service, path, service.bus_start_s, service.bus_silence_s)
+    base = _spec("base", service, path, service.base_start_s, service.base_silence_s)
+    vision = _spec("vision", service, path, service.vision_start_s, service.vision_silence_s)
     specs: Dict[str, ChildSpec] = {
         "bus": bus,
         "base": replace(base, drives=True),
         "vision": replace(
             vision,
-            give_up=GiveUp(config.vision_failures, config.vision_failures_within_s),
-            required=not config.drive_without_vision,
+            give_up=GiveUp(service.vision_failures, service.vision_failures_within_s),
+            required=not service.drive_without_vision,
             nice=_VISION_NICE,
             oom_score_adj=_VISION_OOM,
         ),

@@ -34,7 +34,7 @@ def check_camera(
     """Watches it for as long as it takes to tell frozen and blind ones."""
     config = exam.config.camera
     if not exam.runs("vision"):
-        yield Finding("camera", State.SKIPPED, "vision runs on another machine")
+        yield Finding("camera", State.SKIPPED, exam.why_no_vision())
         return
     if str(device_path(config)) in exam.unusable:
         yield Finding("camera", State.SKIPPED, "its device cannot be used")

@@ -69,8 +69,13 @@ class Examination:
     picture_size: Tuple[int, int] | None = None
 
     def runs(self, process: str) -> bool:
-        """Whether this machine is to run it."""
-        return process in self.config.service.processes
+        """Whether this machine runs it."""
+        return process in self.config.processes
+
+    def why_no_vision(self) -> str:
+        """Where this machine does not run it."""
+        to_run = "vision" in self.config.service.processes
+        return "[vision] has no model: the robot only drives" if to_run else "vision runs on another machine"
 
 
 def exit_code(findings: Iterable[Finding]) -> int:

@@ -16,7 +16,6 @@ from edgefusion.perception.network import RuntimeOptions
 from edgefusion.tools.doctor_finding import Examination, Finding, State
 from edgefusion.types import Pose2D
 
-_NO_MODEL = 'set [vision] model and calibration, or take "vision" out of [service] processes'
 _OFF_M, _OFF_RAD = 0.02, math.radians(2)
 """So far apart configuration and calibration may place the laser: rulers and protractors are no better."""
 
@@ -25,19 +24,16 @@ def check_model(exam: Examination) -> Iterator[Finding]:
     """Its files, its golden answer on the provider, and whether it knows what the mission looks for."""
     vision = exam.config.vision
     if not exam.runs("vision"):
-        yield Finding("model", State.SKIPPED, "vision runs on another machine")
-        return
-    if vision.model is None:
-        yield Finding("model", State.FAILED, "expected a model for vision, got none", _NO_MODEL)
+        yield Finding("model", State.SKIPPED, exam.why_no_vision())
         return
     require = vision.provider if vision.require_provider and vision.provider != "auto" else None
     try:
         options = RuntimeOptions(provider=vision.provider, require=require, threads=vision.threads)
-        classifier = open_classifier(Path(vision.model), options=options)
+        classifier = open_classifier(Path(str(vision.model)), options=options)
     except RefusedError as error:
         yield Finding("model", State.FAILED, str(error), "`edgefusion model check` it, or copy it anew: docs/models.md")
         return
-    yield _provider(vision.model, classifier)
+    yield _provider(str(vision.model), classifier)
     yield from _interest(exam, classifier)
 
 
@@ -65,12 +61,9 @@ def _interest(exam: Examination, classifier: Classifier) -> Iterator[Finding]:
 def check_calibration(exam: Examination) -> Iterator[Finding]:
     """Whether it can be, and whether it is of this camera and this base."""
     if not exam.runs("vision"):
-        yield Finding("calibration", State.SKIPPED, "vision runs on another machine")
+        yield Finding("calibration", State.SKIPPED, exam.why_no_vision())
         return
-    path = exam.config.vision.calibration
-    if path is None:
-        yield Finding("calibration", State.FAILED, "expected a calibration for vision, got none", _NO_MODEL)
-        return
+    path = str(exam.config.vision.calibration)
     try:
         calibration = load_calibration(Path(path))
     except RefusedError as error:
