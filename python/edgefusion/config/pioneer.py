@@ -53,9 +53,9 @@ class PioneerConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     enable_motors: bool = True
     """Whether the motors are enabled at the start; else by the button on the robot."""
     low_battery_v: Volts = 11.5
-    """Below this for 5 s it is to be charged, and says so."""
+    """Below this it takes no new goals; below it for 5 s it says that it is to be charged."""
     empty_battery_v: Volts = 11.0
-    """Below this for 5 s it takes no goals and stops."""
+    """Below this for 5 s it stops, wherever it is."""
 
     def __post_init__(self) -> None:
         check_fields(self)
