@@ -57,7 +57,7 @@ def test_until_the_robot_has_reported_it_has_no_pose_and_stands() -> None:
     bench = Bench(mute={"robot"})
     outputs = bench.run(1)
     assert stands(outputs)
-    assert {(each.pose, each.mission, each.session) for each in outputs} == {(None, None, None)}
+    assert {(each.pose, each.mission.state, each.session) for each in outputs} == {(None, MissionState.IDLE, None)}
 
 
 def test_a_goal_before_the_first_step_is_refused() -> None:

@@ -136,6 +136,20 @@ def test_a_goal_for_a_robot_that_is_well_and_has_not_said_where_it_is_is_refused
         bench.helm.goto(AHEAD)
 
 
+def test_a_stop_before_the_robot_has_said_where_it_is_is_told_and_holds_when_it_has() -> None:
+    bench = Steered()
+    bench.mute.add("robot")
+    bench.run(0.2)
+    assert mission_report(bench.outputs[-1]).state == "idle"
+    bench.helm.stop(StopRequest("not yet"))
+    bench.run(0.2)
+    bench.mute.clear()
+    bench.run(1)
+    told = [(each.pose is None, mission_report(each)) for each in bench.outputs[4:]]
+    assert {unplaced for unplaced, _ in told} == {True, False}
+    assert {(report.state, report.reason) for _, report in told} == {("stopped", "not yet")}
+
+
 def test_interest_that_comes_with_a_goal_or_alone_is_the_missions_from_then_on() -> None:
     bench = underway()
     bench.helm.inspect(InspectRequest(("chair",)))

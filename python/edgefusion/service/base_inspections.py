@@ -34,8 +34,6 @@ class InspectionOutlet:
     def tell(self, outputs: Outputs) -> None:
         """What is due of a step of the loop."""
         step = outputs.mission
-        if step is None:
-            return
         self._request = step.request or self._request
         if step.result is not None:
             self._request = None

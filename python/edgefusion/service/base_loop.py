@@ -107,7 +107,7 @@ class BaseLoop:
         """One cycle. Raises RefusedError for a time that is not after the last step's."""
         scan = self._looked_at(inputs)
         pose = self.pose = self._pose(now_ns, inputs)
-        mission = None if pose is None else self._mission_step(now_ns, scan, pose, inputs)
+        mission = self._mission_step(now_ns, scan, pose, inputs)
         report = inputs.robot.newest
         stamps = Stamps(
             None if scan is None else scan.stamp_ns,
@@ -165,7 +165,9 @@ class BaseLoop:
             self._battery_v = state.battery_v
         return self._poses.now(now_ns)
 
-    def _mission_step(self, now_ns: int, scan: Scan | None, pose: Pose2D, inputs: Inputs) -> MissionStep:
+    def _mission_step(self, now_ns: int, scan: Scan | None, pose: Pose2D | None, inputs: Inputs) -> MissionStep:
+        if pose is None:  # it may have been stopped already
+            return MissionStep(Twist2D(), self._mission.state, self._mission.reason)
         report = inputs.robot.newest
         rear_points_m = None if report is None else report.rear_points_m
         return self._mission.step(
@@ -185,8 +187,8 @@ class BaseLoop:
         except RefusedError:  # of a time when nobody knows where the robot was
             return None
 
-    def _way_m(self, now_ns: int, mission: MissionStep | None) -> npt.NDArray[np.float64] | None:
-        if mission is None or now_ns - self._way_ns < self._way_every_ns:
+    def _way_m(self, now_ns: int, mission: MissionStep) -> npt.NDArray[np.float64] | None:
+        if self.pose is None or now_ns - self._way_ns < self._way_every_ns:
             return None
         self._way_ns = now_ns
         drives = mission.state is MissionState.DRIVING
@@ -203,8 +205,6 @@ class BaseLoop:
         return "; ".join(reasons)
 
 
-def _wanted(mission: MissionStep | None, inputs: Inputs) -> Twist2D:
+def _wanted(mission: MissionStep, inputs: Inputs) -> Twist2D:
     """What the gate is asked for."""
-    if inputs.twist is not None:
-        return inputs.twist
-    return Twist2D() if mission is None else mission.twist
+    return mission.twist if inputs.twist is None else inputs.twist

@@ -71,10 +71,9 @@ class BaseProcess:
     def _watch(self, outputs: Outputs) -> None:
         self._bus.tell(outputs)
         step = outputs.mission
-        if step is not None:
-            self._says = f"{step.state.value}: {step.reason}" if step.reason else step.state.value
-            if step.result is not None:
-                self._keeper(step.result)
+        self._says = f"{step.state.value}: {step.reason}" if step.reason else step.state.value
+        if step.result is not None:
+            self._keeper(step.result)
 
     def _beat(self) -> None:
         """Also says where its robot is, so that somebody else can stop it."""

@@ -21,10 +21,8 @@ COMPONENT = "base"
 
 
 def mission_report(outputs: Outputs) -> MissionReport:
-    """Before the robot has reported the mission is idle."""
+    """Also before the robot has reported: it may be stopped."""
     step = outputs.mission
-    if step is None:
-        return MissionReport(stamp_ns=outputs.stamp_ns, state="idle", paused=outputs.paused, note=_note(outputs))
     return MissionReport(
         stamp_ns=outputs.stamp_ns,
         state=step.state.value,
@@ -76,12 +74,11 @@ def way_poses(way_m: npt.NDArray[np.float64]) -> List[Pose2D]:
 def _note(outputs: Outputs) -> str:
     """What the robot is doing, and what keeps it from that."""
     held = base_health(outputs.decision).reason if _wants_to_move(outputs.mission) else ""
-    note = "" if outputs.mission is None else outputs.mission.note
-    return "; ".join(text for text in (note, held) if text)
+    return "; ".join(text for text in (outputs.mission.note, held) if text)
 
 
-def _wants_to_move(step: MissionStep | None) -> bool:
-    return step is not None and step.state in (MissionState.DRIVING, MissionState.INSPECTING)
+def _wants_to_move(step: MissionStep) -> bool:
+    return step.state in (MissionState.DRIVING, MissionState.INSPECTING)
 
 
 def _pose(pose: Pose2D) -> Pose:
