@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import math
 import signal
+import subprocess
+import sys
 import time
 from contextlib import suppress
 
@@ -136,6 +138,25 @@ def test_what_cannot_be_done_is_refused_with_the_reason(robot) -> None:
         robot.resume()
     with pytest.raises(RefusedError, match="mission/goto"):
         robot.goto(1e6, 0.0)
+
+
+def test_who_interrupts_goto_stops_the_robot_and_it_has_no_goal_any_more(it, robot) -> None:
+    command = [sys.executable, "-m", "edgefusion.cli", "goto", "-1", "0", "--connect", it.endpoint]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            wait_for(lambda: it.moving(0.1))
+            since_ns = time.monotonic_ns()
+            process.send_signal(signal.SIGINT)
+            assert it.stopped_after_s(since_ns) < 3.0  # 0.1 s on a machine with nothing else to do
+            _, err = process.communicate(timeout=20)
+        finally:
+            process.kill()
+    assert (process.returncode, err.count("called off: the robot stands")) == (130, 1)
+    wait_for(lambda: robot.status.mission.reason == "its operator interrupted the drive")
+    since_ns = time.monotonic_ns()
+    robot.resume()
+    wait_for(lambda: robot.status.mission.state == "idle")
+    assert it.velocities(since_ns) <= {0}
 
 
 def test_a_router_that_is_killed_costs_the_base_nothing_and_it_is_back_on_the_next_one(it, robot) -> None:

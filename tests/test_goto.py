@@ -12,20 +12,23 @@ import sys
 import threading
 import time
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any, Iterator, List
 
 import pytest
 from msgspec.structs import replace
 
 from bus_base import LIMITS, Base, report
-from bus_lab import Lab, until
+from bus_lab import Lab, make_keys, until
 from edgefusion.bus import topics
 from edgefusion.bus.freshness import Freshness
 from edgefusion.bus.inbox import Inbox
-from edgefusion.bus.requests import GotoRequest, ResumeRequest, StopRequest
+from edgefusion.bus.requests import GoalRequest, GotoRequest, ResumeRequest, StopRequest
+from edgefusion.bus.session import UnreachableError
 from edgefusion.cli import main
 from edgefusion.messages.from_mission import from_mission
 from edgefusion.messages.mission_report import InspectionReport, MissionReport
+from edgefusion.tools.goto_drive import STOPS, drive
 
 INSPECTED = InspectionReport(
     id="i1", label="oscilloscope", group="instrument", score=0.9, distance_m=1.2, place_m=(3.0, 1.0),
@@ -143,6 +146,51 @@ def test_who_interrupts_goto_calls_the_robot_off(lab: Lab, base: Base, number: s
     assert base.asked[1:] == [StopRequest("its operator interrupted the drive", True)]
 
 
+def test_where_nobody_reads_how_it_goes_any_more_the_robot_is_called_off(lab: Lab, base: Base) -> None:
+    command = [sys.executable, "-m", "edgefusion.cli", "goto", "5", "5", "--json", "--connect", lab.tcp]
+    with Drives(base, DRIVING), subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None and process.stderr is not None
+        assert '"driving"' in process.stdout.readline()
+        process.stdout.close()  # as `| head -1` does
+        err = process.stderr.read()
+    assert process.returncode == 130
+    assert err == "edgefusion: goto: called off: the robot stands until `edgefusion resume`\n"
+    assert base.asked[1:] == [StopRequest("nobody reads how it goes: Broken pipe", True)]
+
+
+class Deaf:
+    """A robot that is interrupted, and whose bus is gone for so many requests."""
+
+    def __init__(self, deaf_for: int) -> None:
+        self.deaf_for, self.stops = deaf_for, 0
+
+    def goto_all(self, *_: object) -> None:
+        pass
+
+    def progress(self, _: object) -> None:
+        raise KeyboardInterrupt
+
+    def stop(self, reason: str, cancel: bool) -> None:
+        self.stops += 1
+        if self.stops <= self.deaf_for:
+            raise UnreachableError("nobody answered")
+
+
+def test_a_robot_that_does_not_answer_is_told_to_stop_again(capsys: pytest.CaptureFixture[str]) -> None:
+    robot = Deaf(STOPS - 1)
+    assert drive(robot, GoalRequest(1, 2), None, lambda _: None) == 130
+    assert robot.stops == STOPS
+    assert "called off: the robot stands" in capsys.readouterr().err
+
+
+def test_who_could_not_call_the_robot_off_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert drive(Deaf(99), GoalRequest(1, 2), None, lambda _: None) == 1
+    err = capsys.readouterr().err
+    assert err == "edgefusion: goto: NOT called off, the robot may still drive: nobody answered\n"
+
+
 class Attended(Base):
     """Notes with each request how many heartbeats of an operator had come."""
 
@@ -160,7 +208,8 @@ def test_an_operator_is_there_before_goto_asks_for_anything(lab: Lab) -> None:
     base = Attended(lab)
     with Drives(base, DRIVING, ARRIVED):
         assert main(["goto", "5", "5", "--resume", "--connect", lab.tcp]) == 0
-    assert [type(each) for each in base.asked] == [ResumeRequest, GotoRequest]
+    assert [type(each) for each in base.asked] == [StopRequest, ResumeRequest, GotoRequest]
+    assert base.asked[0].cancel  # else it would set out to its former goals as soon as it may
     assert min(base.beats) >= 1
 
 
@@ -181,6 +230,24 @@ def test_where_nobody_answers_it_is_said_in_one_line(
     err = capsys.readouterr().err
     assert err.count("\n") == 1 and "nobody answered: is the base running" in err
     assert time.monotonic() - begun_s < 20
+
+
+def test_with_an_operator_s_keys_goto_goes_over_the_network_and_with_a_viewer_s_it_does_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keys = make_keys(tmp_path / "keys")
+    with ExitStack() as stack:
+        lab = Lab(stack, keys)
+        lab.router()
+        base = Base(lab)
+        assert main(["goto", "5", "5", "--connect", lab.tls, "--keys", str(keys / "viewer")]) == 1
+        assert "nobody answered: is the base running, and may these keys command?" in capsys.readouterr().err
+        assert base.asked == []
+        monkeypatch.setenv("EDGEFUSION_KEYS", str(keys / "operator"))
+        with Drives(base, DRIVING, ARRIVED):
+            assert main(["goto", "5", "5", "--connect", lab.tls]) == 0
+    assert [type(each) for each in base.asked] == [GotoRequest]
+    assert capsys.readouterr().out.splitlines()[-1].startswith("arrived, at x 5.00 m")
 
 
 @pytest.mark.parametrize("heading", ["15", "15 deg", "deg", "nandeg", "1e3deg"])

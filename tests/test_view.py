@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from bus_base import STAMPER, Base, Speaker, detection
-from bus_lab import Lab
+from bus_lab import Lab, make_keys
 from edgefusion._core import VISIBLE, Camera, project
 from edgefusion.bus import topics
 from edgefusion.cli import main
@@ -87,10 +87,10 @@ def say_everything(base: Speaker) -> None:
     base.say(topics.PATH, from_path(7, [Pose2D(0, 0), Pose2D(1, 2)], STAMPER))
 
 
-def test_the_saved_file_holds_what_the_robot_said(tmp_path: Path) -> None:
-    ended = threading.Event()
+def test_with_a_viewer_s_keys_the_saved_file_holds_what_the_robot_said(tmp_path: Path) -> None:
+    ended, keys = threading.Event(), make_keys(tmp_path / "keys")
     with ExitStack() as stack:
-        lab = Lab(stack)
+        lab = Lab(stack, keys)
         lab.router()
         base = Base(lab)
 
@@ -100,7 +100,8 @@ def test_the_saved_file_holds_what_the_robot_said(tmp_path: Path) -> None:
 
         talking = threading.Thread(target=talk, daemon=True)
         talking.start()
-        assert main(["view", "--save", str(tmp_path / "a.rrd"), "--seconds", "2", "--connect", lab.tcp]) == 0
+        where = ["--connect", lab.tls, "--keys", str(keys / "viewer")]
+        assert main(["view", "--save", str(tmp_path / "a.rrd"), "--seconds", "2", *where]) == 0
         ended.set()
         talking.join()
     content = (tmp_path / "a.rrd").read_bytes()

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import argparse
 import logging
-import os
 import sys
 from typing import Sequence
 
@@ -125,8 +124,9 @@ def _say(what: object, code: int) -> int:
 
 
 def _drop_stdout() -> None:
-    """Else the interpreter would flush it once more on its way out, and complain."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    from edgefusion.tools.terminal import drop_stdout
+
+    drop_stdout()
 
 
 if __name__ == "__main__":

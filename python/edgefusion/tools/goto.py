@@ -16,7 +16,8 @@ EXAMPLES = """examples:
   edgefusion goto -1 0 -90deg --relative --connect tls/robot.local:7447
 
 X and Y in metres, the heading as 15deg or 0.26rad, in odom: from where the robot was switched on, x forward, y left.
-Ctrl-C gives the goal up and stops the robot, until `edgefusion resume`. An operator's keys are needed.
+Ctrl-C gives the goal up and stops the robot, until `edgefusion resume`; so does the end of who reads what is told.
+--resume leaves a stop; the goals that were left are given up. An operator's keys are needed.
 Exit codes: 0 arrived, 1 nobody answered or the robot fell silent, 2 refused, 3 it did not arrive, 130 interrupted."""
 
 _HEADING = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(deg|rad)")
@@ -39,7 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     add("theta", type=heading, nargs="?", metavar="HEADING", help="to look in there (default: any)")
     add("--relative", action="store_true", help="from where the robot stands now, x ahead of it")
     add("--inspect", action="append", metavar="LABEL", help="take a picture of such things on the way (again for more)")
-    add("--resume", action="store_true", help="leave a stop first")
+    add("--resume", action="store_true", help="leave a stop first, without the goals that were left")
     add("--json", action="store_true", help="each report of the robot as a line of JSON")
     add_bus(parser)
     parser.set_defaults(run=run)
@@ -59,11 +60,11 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.bus.requests import GoalRequest
     from edgefusion.service.signals import ended_by_signals
     from edgefusion.tools.attending import attending
-    from edgefusion.tools.goto_drive import drive
+    from edgefusion.tools.goto_drive import drive, leave_stop
     from edgefusion.tools.goto_show import shown
 
     goal = GoalRequest(args.x, args.y, args.theta, frame="base_link" if args.relative else "odom")
     with ended_by_signals(), open_robot(args) as robot, attending(robot):
         if args.resume:
-            robot.resume()
+            leave_stop(robot)
         return drive(robot, goal, args.inspect, shown(args.json))

@@ -12,15 +12,29 @@ from typing import Callable, Iterator, Optional, Sequence
 from edgefusion.bus.client import ENDS, Robot
 from edgefusion.bus.requests import GoalRequest
 from edgefusion.bus.session import UnreachableError
+from edgefusion.errors import RefusedError
 from edgefusion.messages.mission_report import MissionReport
+from edgefusion.tools.terminal import drop_stdout
 
-ARRIVED, ELSEWHERE, INTERRUPTED = 0, 3, 130
+ARRIVED, SILENT, ELSEWHERE, INTERRUPTED = 0, 1, 3, 130
+STOPS = 3
+"""So often a robot is told to stop that does not answer: a bus that was gone is back after some seconds."""
+
+
+def leave_stop(robot: Robot) -> None:
+    """Before a new goal. Those that are left are given up first: else the robot would set out to them meanwhile.
+
+    Raises RefusedError where the robot will not, UnreachableError where it does not answer.
+    """
+    robot.stop("a new goal is coming", cancel=True)
+    robot.resume()
 
 
 def drive(
     robot: Robot, goal: GoalRequest, inspect: Optional[Sequence[str]], show: Callable[[MissionReport], None]
 ) -> int:
-    """Until the mission ends. Returns the exit code. show: is given each report.
+    """Until the mission ends. Returns the exit code. show: is given each report; where it raises OSError, nobody sees
+    how it goes, and that is as good as an interruption.
 
     Raises RefusedError where the robot will not, UnreachableError where it does not answer or falls silent.
     """
@@ -29,7 +43,12 @@ def drive(
         for last in robot.progress(robot.goto_all([goal], inspect)):
             show(last)
     except (KeyboardInterrupt, SystemExit):
-        return _call_off(robot)
+        return _call_off(robot, "its operator interrupted the drive")
+    except UnreachableError:
+        raise
+    except OSError as error:
+        drop_stdout()
+        return _call_off(robot, f"nobody reads how it goes: {error.strerror}")
     if last is None:
         raise UnreachableError("the connection was closed before the robot had arrived")
     return _code(last)
@@ -43,12 +62,28 @@ def _code(last: MissionReport) -> int:
     return ELSEWHERE
 
 
-def _call_off(robot: Robot) -> int:
+def _call_off(robot: Robot, reason: str) -> int:
     """Whatever else is pressed: the robot is told to stop."""
     with _undisturbed():
-        robot.stop("its operator interrupted the drive", cancel=True)
+        trouble = _stop(robot, reason)
+    if trouble is not None:
+        print(f"edgefusion: goto: NOT called off, the robot may still drive: {trouble}", file=sys.stderr)
+        return SILENT
     print("edgefusion: goto: called off: the robot stands until `edgefusion resume`", file=sys.stderr)
     return INTERRUPTED
+
+
+def _stop(robot: Robot, reason: str) -> Optional[Exception]:
+    """Why it was not told to; None where it was."""
+    trouble: Optional[Exception] = None
+    for _ in range(STOPS):
+        try:
+            robot.stop(reason, cancel=True)
+        except (UnreachableError, RefusedError) as error:
+            trouble = error
+        else:
+            return None
+    return trouble
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import Callable
 
 import msgspec
 
+from edgefusion.bus.client import ENDS
 from edgefusion.messages.mission_report import MissionReport
 from edgefusion.tools.mission_words import inspection_in_words, mission_in_words, pose_in_words
 from edgefusion.tools.terminal import Screen
@@ -38,7 +39,8 @@ class _InPlace:
         if report.result is not None:
             self._inspected.append(inspection_in_words(report.result))
         now = [f"mission  {mission_in_words(report)}", f"pose     {pose_in_words(report.pose)}"]
-        self._screen.show([*self._inspected, *now, "Ctrl-C gives the goal up and stops the robot"])
+        help_ = [] if report.state in ENDS else ["Ctrl-C gives the goal up and stops the robot"]
+        self._screen.show([*self._inspected, *now, *help_])
 
 
 class _Changes:

@@ -74,6 +74,11 @@ def pressed(terminal: int) -> bytes:
         return b""
 
 
+def drop_stdout() -> None:
+    """Where nothing can be written there any more: else Python would try once more on its way out, and complain."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _width(out: TextIO) -> int:
     try:
         return os.get_terminal_size(out.fileno()).columns or 80
