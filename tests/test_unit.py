@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from edgefusion.service.child_watch import REFUSED
-from edgefusion.service.real_time import PRIORITY, run_in_real_time
+from edgefusion.service.real_time import PRIORITY, RealTime, run_in_real_time, scheduling
 from edgefusion.service.supervision import END_NS
 from edgefusion.service.supervisor import TURN_S
 
@@ -81,8 +81,29 @@ def test_real_time_is_for_the_thread_that_asked_where_it_may() -> None:
 
 def test_without_leave_there_is_no_real_time_and_no_error() -> None:
     code = (
-        "import os, resource; from edgefusion.service.real_time import run_in_real_time; "
-        "resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0)); os.getuid() or os.setuid(65534); print(run_in_real_time())"
+        "import os, resource; from edgefusion.service.real_time import RealTime, run_in_real_time, scheduling; "
+        "resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0)); os.getuid() or os.setuid(65534); os.nice(3); "
+        "asked = RealTime(); asked(); asked(); print(run_in_real_time(), scheduling(), asked, sep='; ')"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"
+    answer, shared, asked = done.stdout.strip().split("; ")
+    assert (answer, shared.split()[:2], asked) == ("False", ["shared,", "nice"], "0 of 2 threads")
+    assert done.stderr.count("real time: not allowed (LimitRTPRIO in its unit)") == 1
+
+
+def test_whether_threads_have_real_time_is_told_as_it_is(caplog: pytest.LogCaptureFixture) -> None:
+    """Here it may be allowed or not; what is said is what the kernel says."""
+    asked, found = RealTime(), []
+
+    def drive() -> None:
+        asked()
+        found.append(scheduling())
+
+    with caplog.at_level("INFO"):
+        for _ in range(2):
+            thread = threading.Thread(target=drive)
+            thread.start()
+            thread.join()
+    has = found[0] == f"real time, priority {PRIORITY}"
+    assert str(asked) == f"{2 * has} of 2 threads"
+    assert [record.levelname for record in caplog.records] == ["INFO" if has else "WARNING"]

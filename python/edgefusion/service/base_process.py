@@ -21,7 +21,7 @@ from edgefusion.service.base_inputs import Inputs, Outputs
 from edgefusion.service.device_news import DeviceNews
 from edgefusion.service.heartbeat import Heartbeat
 from edgefusion.service.helm import Helm
-from edgefusion.service.real_time import run_in_real_time
+from edgefusion.service.real_time import RealTime
 from edgefusion.service.robot_device import RobotReport
 from edgefusion.service.teller import Teller
 from edgefusion.service.utc import utc_offset_ns
@@ -41,7 +41,8 @@ class BaseProcess:
         self._lines = lines_to(config, config.robot.port, config.laser.port, lock_folder)
         loop = loop_of(config)
         self._helm = Helm(loop, _arbiter(config.bus))
-        self._base = base_on(config, self._lines, loop, self._watch, self._inlet, run_in_real_time)
+        self._real_time = RealTime()
+        self._base = base_on(config, self._lines, loop, self._watch, self._inlet, self._real_time)
         stamper = Stamper(self._utc_offset_ns)
         self._bus = BaseBus(config.bus, _mounting(config), stamper, self._helm, self._base, self._figures)
         self._keeper: Teller[InspectionResult] = Teller("keeping inspections", self._keep)
@@ -98,6 +99,7 @@ class BaseProcess:
             "lateness p50 [ms]": f"{lateness.p50_ms:.1f}",
             "lateness p99 [ms]": f"{lateness.p99_ms:.1f}",
             "lateness max [ms]": f"{lateness.max_ms:.1f}",
+            "real time": str(self._real_time),
             "robot baudrate": str(self._lines.robot.baudrate),
         }
 
