@@ -22,8 +22,8 @@ from edgefusion.service.failure_watch import FailureWatch
 from edgefusion.service.pose_track import PoseTrack
 from edgefusion.service.requests import Requests
 from edgefusion.service.signals import ended_by_signals
-from edgefusion.service.wake import Wake
 from edgefusion.types import Health, HealthState, Pose2D, Twist2D
+from edgefusion.waiting import Wake
 
 MS = 1_000_000
 PERIOD_NS = 50 * MS

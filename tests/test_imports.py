@@ -14,18 +14,19 @@ import pytest
 import edgefusion
 
 PACKAGE = Path(edgefusion.__file__).parent
-CORE = {"types", "errors", "clock", "config", "pose_history", "_core"}
+CORE = {"types", "errors", "clock", "config", "pose_history", "waiting", "_core"}
 ALLOWED = {
     "errors": set(),
     "types": {"errors"},
     "clock": {"types", "errors"},
+    "waiting": {"clock"},
     "config": {"types", "errors"},
     "pose_history": {"types", "errors"},
     "perception": CORE | {"data"},
     "navigation": CORE,
     "drivers": CORE - {"_core"},
     "messages": {"types", "errors"},
-    "bus": {"messages", "types", "errors", "clock", "config"},
+    "bus": {"messages", "types", "errors", "clock", "config", "waiting"},
     "recording": {"messages", "types", "errors"},
     "sim": CORE | {"drivers"},
     "service": None,  # everything

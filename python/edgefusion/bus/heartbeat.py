@@ -14,6 +14,7 @@ from edgefusion.bus.publisher import CommandPublisher
 from edgefusion.bus.tags import Tagger
 from edgefusion.bus.topics import HEARTBEAT
 from edgefusion.messages.std_msgs import String
+from edgefusion.waiting import Wake
 
 PERIOD_S = 0.1
 TTL_MS = 300
@@ -24,7 +25,7 @@ class Heartbeat:
 
     def __init__(self, session: zenoh.Session, robot: str, tagger: Tagger) -> None:
         self._publisher = CommandPublisher(session, robot, HEARTBEAT, tagger, TTL_MS)
-        self._ending = threading.Event()
+        self._ending, self._wake = False, Wake()
         self._thread = threading.Thread(target=self._beat, name="heartbeat")
 
     def __enter__(self) -> Heartbeat:
@@ -34,12 +35,12 @@ class Heartbeat:
     def __exit__(
         self, kind: Optional[Type[BaseException]], error: Optional[BaseException], trace: Optional[TracebackType]
     ) -> None:
-        self._ending.set()
+        self._ending = True
+        self._wake()
         self._thread.join()
         self._publisher.undeclare()
 
     def _beat(self) -> None:
-        while True:
+        while not self._ending:
             self._publisher.put(String())
-            if self._ending.wait(PERIOD_S):
-                return
+            self._wake.wait(PERIOD_S)

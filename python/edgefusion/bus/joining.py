@@ -11,6 +11,7 @@ from typing import Callable, Optional
 import zenoh
 
 from edgefusion.bus.session import Closable, UnreachableError
+from edgefusion.waiting import Wake
 
 log = logging.getLogger(__name__)
 
@@ -29,7 +30,7 @@ class Joining:
         pause_s: float = PAUSE_S,
     ) -> None:
         self._open, self._joined, self._pause_s = open_session, joined, pause_s
-        self._ending = threading.Event()
+        self._ending, self._wake = False, Wake()
         self._session: Optional[Closable] = None
         self.failure: Optional[Exception] = None
         self._thread = threading.Thread(target=self._run, name="joining the bus", daemon=True)
@@ -40,7 +41,8 @@ class Joining:
 
     def end(self) -> None:
         """Leaves the bus, or the attempt, after as long as one attempt takes at most."""
-        self._ending.set()
+        self._ending = True
+        self._wake()
         self._thread.join()
         if self._session is not None:
             self._session.close()
@@ -57,12 +59,12 @@ class Joining:
 
     def _keep_trying(self) -> Optional[zenoh.Session]:
         said = False
-        while not self._ending.is_set():
+        while not self._ending:
             try:
                 return self._open()
             except UnreachableError as error:
                 if not said:
                     log.warning("bus: not there yet: %s", error)
                 said = True
-            self._ending.wait(self._pause_s)
+            self._wake.wait(self._pause_s)
         return None

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from dataclasses import dataclass
 from typing import Callable, Deque, Optional
@@ -14,6 +15,7 @@ import zenoh
 from edgefusion.bus.callbacks import Guarded
 from edgefusion.bus.session import Declared
 from edgefusion.clock import Clock, system_clock
+from edgefusion.waiting import Wake
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,8 @@ class Subscriber:
     ) -> None:
         self.key, self._clock, self._wake = key, clock, wake
         self._ring: Deque[Received] = deque(maxlen=newest)
-        self._news = threading.Condition()
+        self._lock = threading.Lock()
+        self._waited: Optional[Wake] = None  # from the first wait on
         self.received = self.dropped = 0
         self._guarded: Guarded[zenoh.Sample] = Guarded(key, self._take_in)
         self._subscriber: Declared = session.declare_subscriber(key, self._guarded.handler)
@@ -64,16 +67,23 @@ class Subscriber:
 
     def take(self) -> list[Received]:
         """All that is there, the oldest first; it is there no longer."""
-        with self._news:
+        with self._lock:
             taken = list(self._ring)
             self._ring.clear()
         return taken
 
     def wait(self, timeout_s: float) -> Optional[Received]:
         """The oldest that is there, or the next that comes; None when none comes in time."""
-        with self._news:
-            self._news.wait_for(lambda: self._ring, timeout_s)
-            return self._ring.popleft() if self._ring else None
+        end_s = time.monotonic() + timeout_s
+        while True:
+            with self._lock:
+                waited = self._waited = self._waited or Wake()
+                if self._ring:
+                    return self._ring.popleft()
+            left_s = end_s - time.monotonic()
+            if left_s <= 0:
+                return None
+            waited.wait(left_s)
 
     def undeclare(self) -> None:
         """Nothing comes any more."""
@@ -86,9 +96,10 @@ class Subscriber:
         attachment = None if sample.attachment is None else sample.attachment.to_bytes()
         payload = sample.payload.to_bytes()
         received = Received(str(sample.key_expr), payload, attachment, str(sample.encoding), received_ns)
-        with self._news:
+        with self._lock:
             self.received += 1
             self.dropped += len(self._ring) == self._ring.maxlen
             self._ring.append(received)
-            self._news.notify()
+            if self._waited is not None:
+                self._waited()
         self._wake()

@@ -13,6 +13,7 @@ from edgefusion.config.camera import CameraConfig
 from edgefusion.drivers.camera_loop import CaptureLoop, Opener
 from edgefusion.drivers.camera_open import open_source
 from edgefusion.types import Frame, Health
+from edgefusion.waiting import Wake, join
 
 TURN_S = 0.05
 """How long a turn waits for a picture: closing is noticed after it."""
@@ -30,14 +31,14 @@ class Camera:
 
     def __init__(self, config: CameraConfig, clock: Clock = system_clock, opener: Opener | None = None) -> None:
         self._loop = CaptureLoop(opener or partial(open_source, config, clock), config, clock)
-        self._stop = threading.Event()
+        self._ending, self._wake = False, Wake()
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
         self._thread.start()
 
     def _run(self) -> None:
-        while not self._stop.is_set():
+        while not self._ending:
             if not self._loop.step(TURN_S):
-                self._stop.wait(IDLE_S)
+                self._wake.wait(IDLE_S)
         self._loop.close()
 
     def latest(self, max_age_s: float) -> Frame:
@@ -54,8 +55,9 @@ class Camera:
 
     def close(self) -> None:
         """Ends the capture and kills what hangs in it, within about two seconds."""
-        self._stop.set()
-        self._thread.join(JOIN_S)
+        self._ending = True
+        self._wake()
+        join(self._thread, JOIN_S)
 
     def __enter__(self) -> Camera:
         return self

@@ -17,8 +17,8 @@ from edgefusion.service.ending import Ending
 from edgefusion.service.laser_device import LaserDevice, LaserDriver
 from edgefusion.service.requests import Requests
 from edgefusion.service.robot_device import RobotDevice, RobotDriver, RobotReport
-from edgefusion.service.wake import Wake
 from edgefusion.types import Goal, Scan, Twist2D
+from edgefusion.waiting import Wake
 
 JOIN_S = 2.0
 

@@ -18,6 +18,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.service.device_news import DeviceNews
 from edgefusion.service.ending import EndedError, Ending
 from edgefusion.types import Health, HealthState
+from edgefusion.waiting import join
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -96,9 +97,7 @@ class DeviceThread(Generic[T]):
 
     def join(self, timeout_s: float) -> bool:
         """Whether it has ended by then."""
-        if self._thread.ident is not None:
-            self._thread.join(timeout_s)
-        return not self._thread.is_alive()
+        return join(self._thread, timeout_s)
 
     def run(self) -> None:
         """All that the thread does, until it is asked to end or what should not happen does."""

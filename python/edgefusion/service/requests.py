@@ -4,10 +4,11 @@
 
 from __future__ import annotations
 
-import concurrent.futures
 from collections import deque
 from concurrent.futures import Future
 from typing import Any, Callable, Deque, Tuple, TypeVar
+
+from edgefusion.waiting import Wake
 
 R = TypeVar("R")
 
@@ -25,14 +26,13 @@ class Requests:
         """What the call returns in the loop's thread, or raises. Raises TimeoutError where the loop does not come by
         in time: the call is not made then."""
         future: Future[R] = Future()
+        done = Wake()
+        future.add_done_callback(lambda _: done())
         self._waiting.append((call, future))
         self._wake()
-        try:
-            return future.result(timeout_s)
-        except concurrent.futures.TimeoutError:
-            if future.cancel():
-                raise TimeoutError(f"expected an answer within {timeout_s:g} s, got none: the loop is late") from None
-            return future.result()  # it is just being made
+        if not done.wait(timeout_s) and future.cancel():
+            raise TimeoutError(f"expected an answer within {timeout_s:g} s, got none: the loop is late")
+        return future.result()  # it is made, or just being made
 
     def serve(self) -> None:
         """Makes the calls, in the order in which they came."""

@@ -9,7 +9,7 @@ import threading
 from collections import deque
 from typing import Callable, Deque, Generic, TypeVar
 
-from edgefusion.service.wake import Wake
+from edgefusion.waiting import Wake, join
 
 T = TypeVar("T")
 
@@ -48,8 +48,7 @@ class Teller(Generic[T]):
         """Whether it has told what was waiting and ended by then."""
         self._ending = True
         self._wake()
-        self._thread.join(timeout_s)
-        return not self._thread.is_alive()
+        return join(self._thread, timeout_s)
 
     def _run(self) -> None:
         while not (self._ending and not self._waiting):

@@ -20,8 +20,8 @@ from edgefusion.service.vision_odometry import VisionOdometry
 from edgefusion.service.vision_pictures import VisionPictures
 from edgefusion.service.vision_state import Circumstances, VisionState
 from edgefusion.service.vision_watch import Status
-from edgefusion.service.wake import Wake
 from edgefusion.types import Health, HealthState
+from edgefusion.waiting import Wake
 
 TURN_S = 0.02
 """So often the camera is asked; a scan ends the wait."""

@@ -19,8 +19,8 @@ from edgefusion.messages.stamps import Stamper
 from edgefusion.service.on_change import OnChange
 from edgefusion.service.vision_eye import Eye
 from edgefusion.service.vision_outlet import ALL_HZ, MakePublisher
-from edgefusion.service.wake import Wake
 from edgefusion.types import Health
+from edgefusion.waiting import Wake, join
 
 TURN_S = 0.05
 
@@ -67,7 +67,7 @@ class VisionWatch:
         """Waits so long at most for its end."""
         self._ending = True
         self._wake()
-        self._thread.join(timeout_s)
+        join(self._thread, timeout_s)
 
     def _run(self) -> None:
         while not self._ending:

@@ -1,16 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""A wait that other threads can end early."""
+"""Waits that a step of the wall clock does not change: those of threading go by it before Python 3.11."""
 
 from __future__ import annotations
 
 import os
 import select
+import threading
+import time
 from contextlib import suppress
+from typing import Callable
+
+from edgefusion.clock import Clock, system_clock
+
+LOOK_S = 0.002
 
 
 class Wake:
-    """A pipe: its timeouts go by the monotonic clock, those of threading by the wall clock before Python 3.11."""
+    """A wait that other threads can end early: on a pipe, whose timeouts go by the monotonic clock."""
 
     def __init__(self) -> None:
         self._reader, self._writer = os.pipe()
@@ -33,3 +40,13 @@ class Wake:
         # Not before the last thread that may call it is gone: the number of a closed pipe is soon somebody else's.
         os.close(self._reader)
         os.close(self._writer)
+
+
+def join(
+    thread: threading.Thread, timeout_s: float, clock: Clock = system_clock, pause: Callable[[float], None] = time.sleep
+) -> bool:
+    """Whether the thread has ended by then, or was never started."""
+    end_ns = clock() + round(timeout_s * 1e9)
+    while thread.is_alive() and clock() < end_ns:
+        pause(LOOK_S)
+    return not thread.is_alive()
