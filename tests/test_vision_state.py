@@ -81,6 +81,7 @@ def test_the_figures_are_medians_of_the_looks_with_their_units() -> None:
         state.looked(look(START_NS + number * 200 * MS))
     figures = state.figures()
     assert figures["infer [ms]"] == "30.0"
+    assert figures["age when begun [ms]"] == "50.0"
     assert figures["age when known [ms]"] == "90.0"
     assert figures["frames [Hz]"] == "5.0"
 

@@ -94,6 +94,7 @@ class VisionState:
         figures: Dict[str, str] = {
             f"{stage} [ms]": _median_ms([getattr(look.times, f"{stage}_ns") for look in looks]) for stage in stages
         }
+        figures["age when begun [ms]"] = _median_ms([look.begun_ns - look.frame.stamp_ns for look in looks])
         figures["age when known [ms]"] = _median_ms([look.age_ns for look in looks])
         figures["frames [Hz]"] = f"{self.rate_hz:.1f}"
         return figures

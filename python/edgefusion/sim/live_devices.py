@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -30,6 +31,8 @@ from edgefusion.sim.world import World
 FRAME_NS = 50_000_000
 """The camera's period: a child that renders in software keeps up with 20 pictures a second."""
 
+_SHOWN = 100
+
 
 @dataclass(frozen=True)
 class LiveSetup:
@@ -50,13 +53,24 @@ class LiveSetup:
     faults: Tuple[Fault, ...] = field(default=())
 
 
+class Shown(NamedTuple):
+    """A picture of the camera's: when it was captured, and when it was handed out."""
+
+    stamp_ns: int
+    out_ns: int
+
+
 class LiveDevices:
-    """Served from when it is made until it is closed. pump() is to be called every few milliseconds; it never waits."""
+    """Served from when it is made until it is closed. pump() is to be called every few milliseconds; it never waits.
+
+    shown: the camera's newest pictures: a driver's stamps can be judged by them.
+    """
 
     def __init__(self, setup: LiveSetup, now_ns: int) -> None:
         self._setup = setup
         self._seeds = np.random.SeedSequence(setup.seed)
         self._start_ns = now_ns
+        self.shown: Deque[Shown] = deque(maxlen=_SHOWN)
         self._closing: List[PtyWire | TcpWire | LiveCamera | MjpegServer] = []
         try:
             self._serve(setup, now_ns)
@@ -156,6 +170,7 @@ class LiveDevices:
         for picture in pictures:
             if self.pictures is not None:
                 self.pictures.put(picture.jpeg, picture.stamp_ns)
+                self.shown.append(Shown(picture.stamp_ns, now_ns))
 
     def close(self) -> None:
         """Takes everything away, as if unplugged."""

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+# Copyright the edgefusion authors
+"""A robot that drives to and fro while its vision has more to do than the processors can: how late its base is then."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import threading
+import time
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, Sequence, Tuple
+
+from benchmarks.end_to_end_robot import RobotProcess, RobotSetup, free_endpoint, write_config
+from benchmarks.end_to_end_world import LiveRun
+from benchmarks.process_memory import busy_s, processes
+
+from edgefusion.bus.client import Robot, connect
+from edgefusion.bus.session import UnreachableError
+from edgefusion.errors import RefusedError
+from edgefusion.sim.live_devices import LiveSetup
+from edgefusion.sim.world_file import load_world
+from edgefusion.types import HealthState
+
+GOALS = ((1.5, 1.5), (0.0, 0.0))
+READY_S = 90.0
+WINDOW_S = 62.0
+"""The figures of lateness are those of the last 1200 cycles: a minute at 20 Hz."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """How late cycles were [ms] while vision had work. worst: since the base was started. real_time: how many of its
+    threads have it. cores: what each process had of the processors. figures: what the detector said of itself."""
+
+    cycles: int
+    p50: float
+    p99: float
+    worst: float
+    real_time: int
+    cores: Mapping[str, float]
+    figures: Mapping[str, str]
+
+
+def unprivileged() -> Sequence[str]:
+    """What a command is begun with so that it may not ask for real time. Raises RefusedError where that needs a
+    program that is missing."""
+    if os.geteuid() != 0:
+        return ()
+    if shutil.which("setpriv") is None:
+        raise RefusedError("as root expected setpriv, of util-linux, to begin a process that may less")
+    return ("setpriv", "--bounding-set", "-sys_nice")
+
+
+def loaded(setup: RobotSetup, folder: Path, wrapper: Sequence[str], window_s: float = WINDOW_S) -> Load:
+    """Raises UnreachableError where the robot is not well in time."""
+    folder.mkdir(parents=True, exist_ok=True)
+    endpoint = free_endpoint()
+    with ExitStack() as stack:
+        live = LiveRun(LiveSetup(load_world("laboratory"), robot_port=0))
+        stack.callback(live.close)
+        _pumped(live, stack)
+        camera = live.devices.camera
+        _wait(lambda: camera is not None and camera.ready, READY_S)
+        process = RobotProcess(write_config(folder, live.devices, setup, endpoint), folder / "robot.log", wrapper)
+        stack.callback(process.end)
+        robot = stack.enter_context(_joined(endpoint))
+        _wait(lambda: _well(robot), READY_S)
+        before = _busy(process.pid)
+        begun_s = time.monotonic()
+        _drive_to_and_fro(robot, begun_s + window_s)
+        reports, spent_s = _figures(robot), time.monotonic() - begun_s
+        after = _busy(process.pid)
+        cores = {name: (after[name] - busy) / spent_s for name, busy in before.items() if name in after}
+        base = reports["base"]
+        late = [float(base[f"lateness {name} [ms]"]) for name in ("p50", "p99", "max")]
+        threads = _in_real_time(processes(process.pid)["base"])
+        return Load(int(base["cycles"]), late[0], late[1], late[2], threads, cores, reports["detector"])
+
+
+def _pumped(live: LiveRun, stack: ExitStack) -> None:
+    """The world goes on in a thread."""
+    over: List[bool] = []
+    thread = threading.Thread(target=lambda: live.until(lambda: over, 1e6), daemon=True)
+    thread.start()
+
+    def end() -> None:
+        over.append(True)
+        thread.join()
+
+    stack.callback(end)
+
+
+def _drive_to_and_fro(robot: Robot, until_s: float) -> None:
+    turn = 0
+    while time.monotonic() < until_s:
+        if robot.status.mission is None or robot.status.mission.state != "driving":
+            with suppress(RefusedError, UnreachableError):
+                robot.goto(*GOALS[turn % len(GOALS)])
+                turn += 1
+        time.sleep(0.5)
+
+
+def _well(robot: Robot) -> bool:
+    healths = {report.health.component: report.health.state for report in robot.status.healths}
+    return "detector" in healths and set(healths.values()) == {HealthState.OK}
+
+
+def _figures(robot: Robot) -> Dict[str, Mapping[str, Any]]:
+    return {report.health.component: report.figures for report in robot.status.healths}
+
+
+def _joined(endpoint: str) -> Robot:
+    end_s = time.monotonic() + READY_S
+    while time.monotonic() < end_s:
+        with suppress(UnreachableError):
+            return connect(endpoint, timeout_s=0.5)
+    raise UnreachableError(f"{endpoint}: expected a router within {READY_S:g} s")
+
+
+def _wait(holds: Any, within_s: float) -> None:
+    end_s = time.monotonic() + within_s
+    while not holds():
+        if time.monotonic() > end_s:
+            raise UnreachableError(f"expected the robot to be well within {within_s:g} s")
+        time.sleep(0.05)
+
+
+def _busy(supervisor: int) -> Dict[str, float]:
+    return {name: busy_s(pid) for name, pid in processes(supervisor).items()}
+
+
+def _in_real_time(pid: int) -> int:
+    tasks: Tuple[int, ...] = tuple(int(task.name) for task in Path(f"/proc/{pid}/task").iterdir())
+    mask = ~os.SCHED_RESET_ON_FORK
+    return sum(os.sched_getscheduler(task) & mask == os.SCHED_FIFO for task in tasks)
