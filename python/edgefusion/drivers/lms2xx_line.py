@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Callable
 
 from edgefusion.clock import Clock
@@ -42,15 +43,16 @@ class LaserLine:
             return self.reader.feed(data), now_ns
         return (self.reader.silence() if now_ns - self._heard_ns > _SILENCE_NS else []), now_ns
 
-    def ask(self, command: bytes, answer_s: float, tries: int = TRIES) -> bytes:
+    def ask(self, command: bytes, answer_s: float, tries: int = TRIES, quiet_s: float = math.inf) -> bytes:
         """The answer's payload; scans that come before it are skipped.
 
-        answer_s: how long the scanner may take for it, beside what the line takes. Raises LaserError where no answer
-        comes or the scanner says that it cannot now, LinkError.
+        answer_s: how long the scanner may take for it, beside what the line takes. quiet_s: after so long without a
+        single byte nobody is there. Raises LaserError where no answer comes or the scanner says that it cannot now,
+        LinkError.
         """
         for _ in range(tries):
             self._send(command)
-            payload = self._answer(reply_code(command), answer_s)
+            payload = self._answer(reply_code(command), answer_s, min(quiet_s, answer_s))
             if payload is not None:
                 return payload
         raise LaserError(
@@ -73,13 +75,13 @@ class LaserLine:
             self.link.write(telegram[at : at + 1])
             self._pause(_GAP_S)
 
-    def _answer(self, code: int, answer_s: float) -> bytes | None:
+    def _answer(self, code: int, answer_s: float, quiet_s: float) -> bytes | None:
         """None where the scanner asks for it again, or says nothing in time, or what comes is no telegrams: the speed
         is another then."""
         # Two telegrams: the scan that is under way, and the answer.
         deadline_ns = self._clock() + int(answer_s * 1e9) + 2 * line_ns(MAX_TELEGRAM_BYTES, self.link.baudrate)
         garbage = self.reader.discarded_bytes + 2 * MAX_TELEGRAM_BYTES
-        self._heard_ns = self._clock()
+        begun_ns = self._heard_ns = self._clock()
         while True:
             found, now_ns = self.receive()
             for item in found:
@@ -89,6 +91,7 @@ class LaserLine:
                     return item.payload
                 if item.handshake is None and item.payload[0] == NOT_NOW:
                     raise LaserError(f"{self.link.name}: the scanner refused the command that {code:02x} answers")
-            silent = now_ns - self._heard_ns > answer_s * 1e9
+            patience_s = quiet_s if self._heard_ns == begun_ns else answer_s
+            silent = now_ns - self._heard_ns > patience_s * 1e9
             if silent or now_ns > deadline_ns or self.reader.discarded_bytes > garbage:
                 return None

@@ -33,6 +33,8 @@ SEARCHED = (9600, 38400, 500000, 19200)
 """What a scanner has after power-on, then what a run that crashed may have left."""
 
 _SETTLE_S = 0.25
+_ACKNOWLEDGED_S = 0.12
+"""Within 60 ms, and what a read and an adapter take. Who waits longer at wrong speeds misses a scanner's arrival."""
 _EEPROM_S = 15.0
 _SEARCH_TRIES = 2
 _UNITS = {"cm": CENTIMETRES, "mm": MILLIMETRES}
@@ -53,7 +55,7 @@ def find_speed(line: LaserLine, answer_s: float) -> int:
     for baudrate in dict.fromkeys((line.link.baudrate, *SEARCHED)):
         try:
             line.switch(baudrate, 0.0)
-            line.ask(STOP, answer_s, _SEARCH_TRIES)
+            line.ask(STOP, answer_s, _SEARCH_TRIES, _ACKNOWLEDGED_S)
         except (LaserError, RefusedError):  # not at this speed, or the port has it not
             continue
         return baudrate
