@@ -201,6 +201,19 @@ def test_what_is_larger_than_any_command_ends_at_the_router(lab: Lab) -> None:
     assert all(len(payload) < 10 for payload in heard.payloads())
 
 
+def test_what_is_larger_than_any_message_is_not_even_put_together(lab: Lab) -> None:
+    heard, robot = Sink(lab.member(), "robot/image/compressed"), lab.member()
+
+    def put(size: int) -> bool:
+        robot.put("robot/image/compressed", b"x" * size, congestion_control=zenoh.CongestionControl.BLOCK)
+        return size in map(len, heard.payloads())
+
+    until(lambda: put(6_000_000))
+    put(9_000_000)
+    until(lambda: put(1000))
+    assert 9_000_000 not in map(len, heard.payloads())
+
+
 def test_a_flood_ends_at_the_router_and_a_stop_gets_through(keys: Path) -> None:
     with ExitStack() as stack:
         lab = Lab(stack, keys, max_command_hz=10.0)

@@ -24,6 +24,11 @@ QUEUED = 16
 """So many packets wait for a line; Zenoh's usual 2 are full as soon as a busy computer is late by a millisecond."""
 
 
+MOST_BYTES = 8_000_000
+"""Of one message, twice what a large JPEG takes: Zenoh would put together up to a gigabyte in memory, for a viewer too,
+and ask whether he may say it afterwards."""
+
+
 class Declared(Protocol):
     """A subscriber, publisher, queryable or token of Zenoh's."""
 
@@ -81,6 +86,7 @@ def common_settings(lease_s: float) -> dict[str, Any]:
         **{f"transport/link/tx/queue/size/{priority}": QUEUED for priority in ("real_time", "data_high", "data")},
         "transport/shared_memory/enabled": False,
         "adminspace/enabled": False,
+        "transport/link/rx/max_message_size": MOST_BYTES,
     }
 
 
