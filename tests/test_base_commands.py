@@ -78,6 +78,18 @@ def test_an_operator_pauses_the_mission_until_resume_and_then_it_goes_on_to_its_
     assert [report.state for report in robot.progress(errand, 30.0)][-1] == "arrived"
 
 
+def test_a_resume_right_after_a_velocity_gives_the_robot_back_to_its_mission(it, robot) -> None:
+    drive_until(it, robot, lambda: robot.status.mission.paused)
+    for _ in range(5):
+        time.sleep(0.05)  # of what comes at once the router lets the first through alone
+        robot.drive(Twist2D())
+        robot.resume()  # nobody has looked at the velocity yet
+    since_ns = time.monotonic_ns() + 50_000_000
+    report = next(report for report in robot.missions(30.0) if report.stamp_ns > since_ns)
+    assert not report.paused
+    assert report.state == "idle"
+
+
 def test_a_stop_beats_an_operator_until_resume(it, robot) -> None:
     drive_until(it, robot, lambda: it.moving(0.1))
     robot.stop("look out")

@@ -78,6 +78,15 @@ def test_after_resume_the_mission_goes_on_to_its_goal() -> None:
     assert outputs[-1].mission.state is MissionState.ARRIVED
 
 
+def test_a_resume_right_after_a_cmd_vel_gives_the_robot_back_to_the_mission() -> None:
+    bench = underway()
+    bench.helm.cmd_vel(bench.now_ns, BACK)
+    bench.helm.resume(bench.now_ns)
+    outputs = bench.run(0.5)
+    assert not outputs[0].paused
+    assert outputs[-1].command.v_mps > 0.1
+
+
 def test_a_stop_is_told_with_its_reason_and_no_cmd_vel_moves_the_robot() -> None:
     bench = underway()
     bench.helm.cmd_vel(bench.now_ns, BACK)
@@ -88,6 +97,14 @@ def test_a_stop_is_told_with_its_reason_and_no_cmd_vel_moves_the_robot() -> None
     assert stands(outputs)
     report = mission_report(outputs[-1])
     assert (report.state, report.reason, report.paused) == ("stopped", "look out", False)
+
+
+def test_a_stop_without_a_reason_is_a_stop() -> None:
+    bench = underway()
+    bench.helm.stop(StopRequest(""))
+    outputs = bench.run(0.5)
+    assert stands(outputs[2:])
+    assert mission_report(outputs[-1]).reason == StopRequest().reason
 
 
 def test_a_stop_that_cancels_leaves_nothing_to_drive_to() -> None:

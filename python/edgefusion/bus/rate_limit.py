@@ -17,7 +17,7 @@ class RateLimit:
         """Whether one more may come now; if so it counts."""
         if self._last_ns is not None:
             self._tokens = min(self._burst, self._tokens + max(0, now_ns - self._last_ns) * self._per_ns)
-        self._last_ns = now_ns
+        self._last_ns = now_ns if self._last_ns is None else max(now_ns, self._last_ns)
         if self._tokens < 1:
             return False
         self._tokens -= 1

@@ -12,6 +12,7 @@ from edgefusion.bus.clock_id import clock_id
 from edgefusion.bus.joining import Joining
 from edgefusion.bus.liveliness import declare_alive
 from edgefusion.bus.session import open_member
+from edgefusion.clock import system_clock
 from edgefusion.config import BusConfig
 from edgefusion.messages.stamps import Stamper
 from edgefusion.messages.transform import FrameTransform
@@ -81,7 +82,9 @@ class BaseBus:
         config = self._config
         inbox = BaseInbox(session, config, self._clock_id)
         outlet = BaseOutlet(session, config, self._mounting, self._clock_id, self._stamper, self._figures)
-        services = BaseServices(session, config, self._base, self._helm)
+        services = BaseServices(
+            session, config, self._base, self._helm, lambda: inbox.command(self._helm, system_clock())
+        )
         self._joined = _Joined(inbox, outlet, services, declare_alive(session, config.robot, COMPONENT))
 
     def _publish(self, outputs: Outputs) -> None:

@@ -20,22 +20,39 @@ from edgefusion.service.helm import Helm
 
 
 class BaseServices:
-    """What the helm is asked for is done in the base's loop; each key has a thread that waits for it."""
+    """What the helm is asked for is done in the base's loop; each key has a thread that waits for it.
+
+    before: takes what came on the topics, in the loop's thread: it came before what is asked for then, a velocity
+    before the `resume` that ends it, a heartbeat before the one that needs it.
+    """
 
     def __init__(
-        self, session: zenoh.Session, config: BusConfig, base: Base, helm: Helm, clock: Clock = system_clock
+        self,
+        session: zenoh.Session,
+        config: BusConfig,
+        base: Base,
+        helm: Helm,
+        before: Callable[[], None],
+        clock: Clock = system_clock,
     ) -> None:
+        def ask(call: Callable[[], None]) -> None:
+            def do() -> None:
+                before()
+                call()
+
+            base.ask(do)
+
         def goto(request: GotoRequest) -> None:
-            base.ask(lambda: helm.goto(request))
+            ask(lambda: helm.goto(request))
 
         def stop(request: StopRequest) -> None:
-            base.ask(lambda: helm.stop(request))
+            ask(lambda: helm.stop(request))
 
         def resume(_: ResumeRequest) -> None:
-            base.ask(lambda: helm.resume(clock()))
+            ask(lambda: helm.resume(clock()))
 
         def inspect(request: InspectRequest) -> None:
-            base.ask(lambda: helm.inspect(request))
+            ask(lambda: helm.inspect(request))
 
         served: List[Tuple[str, Type[msgspec.Struct], Callable[[Any], None]]] = [
             (GOTO, GotoRequest, goto),

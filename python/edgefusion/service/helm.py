@@ -48,9 +48,10 @@ class Helm:
             log.warning("%s", error)
 
     def stop(self, request: StopRequest) -> None:
-        """Raises RefusedError for no reason."""
-        self._arbiter.stop(request.reason)
-        self._loop.stop(request.reason)
+        """For want of a reason nobody drives on."""
+        reason = request.reason or StopRequest().reason
+        self._arbiter.stop(reason)
+        self._loop.stop(reason)
         if request.cancel:
             self._loop.cancel()
 
@@ -65,12 +66,13 @@ class Helm:
 
     def cmd_vel(self, received_ns: int, twist: Twist2D) -> None:
         self._arbiter.cmd_vel(received_ns, twist)
+        self.twist(received_ns)  # the mission pauses now: a `resume` may be the next
 
     def heartbeat(self, received_ns: int) -> None:
         self._arbiter.heartbeat(received_ns)
 
     def twist(self, now_ns: int) -> Twist2D | None:
-        """What to drive with now; None where the mission says it. To be asked once in each cycle, right before it."""
+        """What to drive with now; None where the mission says it. To be asked in each cycle, right before it."""
         order = self._arbiter.decide(now_ns)
         if order.driver is Driver.NOBODY:
             self._loop.stop(order.reason)
