@@ -8,12 +8,17 @@ import io
 import logging
 import os
 import re
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Iterator, TextIO
 
 import pytest
 
 from edgefusion.clock import SimClock
+from edgefusion.service.log_writer import KEPT
 from edgefusion.service.logs import BURST, WINDOW_NS, is_journal, set_up_logs
 
 _LOG = logging.getLogger("edgefusion.test")
@@ -36,7 +41,13 @@ def journal(tmp_path: Path) -> Iterator[tuple[TextIO, dict[str, str]]]:
         yield file, {"JOURNAL_STREAM": f"{status.st_dev}:{status.st_ino}"}
 
 
+def written() -> None:
+    """Waits until all that was logged is, for as long as the end of a program does."""
+    logging.getLogger().handlers[0].flush()
+
+
 def lines_of(file: TextIO) -> list[str]:
+    written()
     file.seek(0)
     return file.read().splitlines()
 
@@ -47,6 +58,7 @@ def test_in_a_terminal_a_line_has_the_time_the_process_and_a_level_that_is_not_t
     _LOG.debug("starts")
     _LOG.info("drives to %s", (5.0, 5.5))
     _LOG.warning("laser: %s", "nothing came")
+    written()
     said = [re.sub(r"^\d\d:\d\d:\d\d\.\d\d\d ", "TIME ", line) for line in out.getvalue().splitlines()]
     assert said == [
         "TIME base: debug: starts",
@@ -81,6 +93,7 @@ def test_what_is_below_the_level_is_not_told_and_a_second_call_replaces_the_firs
     set_up_logs("base", "warning", second, {})
     _LOG.info("not told")
     _LOG.warning("told")
+    written()
     assert first.getvalue() == "" and second.getvalue().count("told") == 1
 
 
@@ -95,6 +108,7 @@ def test_a_stream_is_the_journal_only_where_systemd_says_that_of_this_very_file(
 
 def told_of(out: io.StringIO) -> list[str]:
     """What was told since the last time."""
+    written()
     lines = [line.split(": ", 1)[1] for line in out.getvalue().splitlines()]
     out.seek(0)
     out.truncate()
@@ -133,6 +147,63 @@ def test_the_memory_for_floods_is_bounded() -> None:
     set_up_logs("base", "info", out, {}, SimClock(1))
     for thing in range(3000):
         complain(f"thing {thing}", 1)
+        if thing % (KEPT // 2) == 0:
+            written()
     handler = logging.getLogger().handlers[0]
     assert len(handler.filters[0]._seen) <= 1000
     assert len(told_of(out)) == 3000
+
+
+@contextmanager
+def unread() -> Iterator[tuple[TextIO, int]]:
+    """A pipe that is full, as a terminal is that was halted by Ctrl-S; its ends."""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    with suppress(BlockingIOError):
+        while True:
+            os.write(writer, b"." * 4096)
+    os.set_blocking(writer, True)
+    with os.fdopen(writer, "w") as stream:
+        yield stream, reader
+    os.close(reader)
+
+
+def read_up_to(reader: int, end: str) -> str:
+    text = ""
+    while not text.endswith(end):
+        text += os.read(reader, 65536).decode()
+    return text.lstrip(".")
+
+
+def test_who_logs_does_not_wait_for_who_reads_and_is_read_later() -> None:
+    with unread() as (stream, reader):
+        set_up_logs("base", "info", stream, {})
+        loop = threading.Thread(target=complain, args=("laser", BURST), daemon=True)
+        loop.start()
+        loop.join(30)
+        stuck = loop.is_alive()
+        told = read_up_to(reader, f"laser: {BURST - 1}\n")
+    assert not stuck
+    assert len(told.splitlines()) == BURST
+
+
+def test_what_nobody_read_is_bounded_and_told_when_somebody_does() -> None:
+    with unread() as (stream, reader):
+        set_up_logs("base", "info", stream, {})
+        for thing in range(KEPT + 7):
+            complain(f"thing {thing}", 1)
+        told = read_up_to(reader, f"thing {KEPT - 1}: 0\n")
+        written()
+        complain("the next", 1)
+        assert read_up_to(reader, "\n").endswith("the next: 0 (7 lines before it are lost: nobody read them)\n")
+    assert len(told.splitlines()) == KEPT
+
+
+def test_a_program_ends_though_nobody_reads_its_log() -> None:
+    code = (
+        "import logging; from edgefusion.service.logs import set_up_logs; "
+        "set_up_logs('base'); logging.error('the last word'); print('ends', flush=True)"
+    )
+    with unread() as (stream, _):
+        done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=stream, timeout=60)
+    assert (done.returncode, done.stdout) == (0, b"ends\n")

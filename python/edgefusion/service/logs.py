@@ -11,6 +11,7 @@ from collections import OrderedDict
 from typing import Mapping, TextIO, Tuple
 
 from edgefusion.clock import Clock, system_clock
+from edgefusion.service.log_writer import LogWriter
 
 BURST = 5
 """So many like each other are told ..."""
@@ -83,11 +84,13 @@ def set_up_logs(
     environment: Mapping[str, str] | None = None,
     clock: Clock = system_clock,
 ) -> None:
-    """All logs of this process go to the stream, standard error by default. process: its name in them. level: debug,
-    info, warning or error."""
+    """All logs of this process go to the stream, standard error by default, and nobody who logs waits for that.
+
+    process: its name in them. level: debug, info, warning or error.
+    """
     stream = sys.stderr if stream is None else stream
     journal = is_journal(stream, os.environ if environment is None else environment)
-    handler = logging.StreamHandler(stream)
+    handler = LogWriter(stream)
     handler.setFormatter(JournalFormatter(process) if journal else PlainFormatter(process))
     handler.addFilter(Quiet(clock=clock))
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
