@@ -37,6 +37,11 @@ def test_a_goal_from_a_client_is_driven_to_and_reported_until_it_arrives(tmp_pat
         assert it.end("bus") == 0
 
 
+def test_a_base_whose_keys_will_not_do_ends_at_once_as_nobody_could_stop_it(tmp_path) -> None:
+    with BusRobot(tmp_path, 'keys = "/nowhere"') as it:
+        assert it.start("base").processes["base"].wait(30) == 2
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_base_that_is_told_to_end_while_it_drives_stops_its_robot_last(tmp_path, number: int) -> None:
     with BusRobot(tmp_path) as it:

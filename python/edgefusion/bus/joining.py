@@ -20,7 +20,7 @@ PAUSE_S = 0.5
 
 class Joining:
     """open_session: raises UnreachableError where there is no router. joined: is called with the session, once, in the
-    thread. What else they raise ends it, and is in `failure`.
+    thread. What else they raise ends it, and is in `failure`, for who looks to raise.
     """
 
     def __init__(
@@ -55,7 +55,6 @@ class Joining:
                 self._joined(session)
         except Exception as error:
             self.failure = error
-            log.exception("bus: cannot be joined")
 
     def _keep_trying(self) -> Optional[zenoh.Session]:
         said = False

@@ -71,7 +71,12 @@ class BaseBus:
         self._joining.end()
 
     def take(self, now_ns: int) -> FromVision:
-        """Hands the helm what people want, and gives what vision says. Never waits."""
+        """Hands the helm what people want, and gives what vision says. Never waits.
+
+        Raises what has kept it from joining the bus for good: a robot that nobody can stop does not set off.
+        """
+        if self._joining.failure is not None:
+            raise self._joining.failure
         joined = self._joined
         if joined is None:
             return FromVision()
