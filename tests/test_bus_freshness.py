@@ -96,6 +96,8 @@ def test_without_a_tag_a_command_counts_only_where_plain_ros_is_allowed() -> Non
         b'{"session":"a","seq":0,"ttl_ms":1,"more":1}',
         b'{"session":"a","seq":0,"ttl_ms":1}' + b" " * MOST_BYTES,
         b"[" * 500,
+        b'{"session":"a\\n","seq":0,"ttl_ms":1}',
+        b'{"session":"\\u001b[2J","seq":0,"ttl_ms":1}',
     ],
 )
 def test_a_tag_that_is_none_is_refused(bad: bytes) -> None:
@@ -129,6 +131,14 @@ def test_a_command_that_cannot_be_decoded_is_counted_as_malformed() -> None:
     assert judge(freshness, tag(0)) is None
     freshness.malformed()
     assert (freshness.accepted, freshness.counts) == (0, {Refusal.MALFORMED: 1})
+
+
+def test_what_cannot_be_decoded_takes_no_commands_place() -> None:
+    freshness = Freshness(CommandLimits(4096, max_hz=50, burst=2))
+    for seq in range(1000):
+        assert judge(freshness, tag(seq, "talks rubbish")) is None
+        freshness.malformed()
+    assert [judge(freshness, tag(seq, "mine")) for seq in range(3)] == [None, None, Refusal.TOO_MANY]
 
 
 @given(

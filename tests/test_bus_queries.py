@@ -79,7 +79,8 @@ def test_a_handler_that_fails_is_logged_and_answered_without_its_secrets(
 
 
 @pytest.mark.parametrize(
-    "payload", [b"", b"{", b"[]", b"\xff", b'{"reason":1}', b'{"more":1}', b'{"version":2}', b"[" * 4000]
+    "payload",
+    [b"", b"{", b"[]", b"\xff", b'{"reason":1}', b'{"more":1}', b'{"version":2}', b"[" * 4000, rb'{"reason":"a\n"}'],
 )
 def test_what_is_no_request_is_refused_as_malformed(lab: Lab, payload: bytes) -> None:
     service = serve(lab, accept)
@@ -167,6 +168,8 @@ def test_version_and_limits_of_requests() -> None:
         b'{"goals":[{"x_m":1,"y_m":2,"frame":"map"}]}',
         b'{"goals":[{"x_m":1,"y_m":2}],"version":2}',
         msgspec.json.encode({"goals": [{"x_m": 1, "y_m": 2}] * 101}),
+        rb'{"goals":[{"x_m":1,"y_m":2,"id":"\u001b[2J"}]}',
+        rb'{"goals":[{"x_m":1,"y_m":2}],"inspect":["chair\u0000"]}',
     ):
         with pytest.raises(RefusedError, match="GotoRequest"):
             read_json(GotoRequest, bad)

@@ -75,8 +75,9 @@ class Freshness:
         return refusal
 
     def malformed(self) -> None:
-        """A command that was accepted turned out to be none when it was decoded."""
+        """The command that was accepted last turned out to be none when it was decoded; it takes nobody's place."""
         self.accepted -= 1
+        self._rate.give_back()
         self.counts[Refusal.MALFORMED] += 1
 
     def _refusal(self, now_ns: int, received_ns: int, size: int, attachment: Optional[bytes]) -> Optional[Refusal]:

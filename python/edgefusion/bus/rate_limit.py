@@ -22,3 +22,7 @@ class RateLimit:
             return False
         self._tokens -= 1
         return True
+
+    def give_back(self) -> None:
+        """What was allowed last did not count after all."""
+        self._tokens = min(self._burst, self._tokens + 1)

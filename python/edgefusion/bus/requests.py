@@ -18,8 +18,11 @@ else:
 
 Metres = Annotated[float, msgspec.Meta(ge=-1e4, le=1e4)]
 Angle = Annotated[float, msgspec.Meta(ge=-7, le=7)]
-Text = Annotated[str, msgspec.Meta(max_length=200)]
-Label = Annotated[str, msgspec.Meta(min_length=1, max_length=200)]
+_ONE_LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*\Z"
+"""It goes into logs, onto terminals, and into texts that end with a zero."""
+
+Text = Annotated[str, msgspec.Meta(max_length=200, pattern=_ONE_LINE)]
+Label = Annotated[str, msgspec.Meta(min_length=1, max_length=200, pattern=_ONE_LINE)]
 Labels = Annotated[Tuple[Label, ...], msgspec.Meta(max_length=32)]
 
 
@@ -31,7 +34,7 @@ class GoalRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     y_m: Metres
     theta: Optional[Angle] = None
     frame: Literal["odom", "base_link"] = "odom"
-    id: Annotated[str, msgspec.Meta(max_length=64)] = ""
+    id: Annotated[str, msgspec.Meta(max_length=64, pattern=_ONE_LINE)] = ""
     position_tolerance_m: Optional[Annotated[float, msgspec.Meta(gt=0, le=100)]] = None
     heading_tolerance: Optional[Annotated[float, msgspec.Meta(gt=0, le=7)]] = None
 

@@ -23,7 +23,7 @@ else:
 
 MOST_BYTES = 512
 
-Id = Annotated[str, msgspec.Meta(min_length=1, max_length=64)]
+Id = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[ -~]*\Z")]  # it goes into logs
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 
 
