@@ -54,6 +54,8 @@ def test_what_would_open_it_or_makes_no_sense_is_refused(settings: Dict[str, Any
         ({}, "tcp/127.0.0.1:7447"),
         ({"listen": ("tls/0.0.0.0:7447",), "keys": "k"}, "tls/localhost:7447"),
         ({"listen": ("tls/0.0.0.0:7447", "tcp/localhost:7446"), "keys": "k"}, "tcp/localhost:7446"),
+        ({"listen": ("tls/[::]:7447",), "keys": "k"}, "tls/localhost:7447"),
+        ({"listen": ("tls/192.168.0.5:7447",), "keys": "k"}, "tls/192.168.0.5:7447"),
         ({"connect": "tls/robot:7447", "keys": "k"}, "tls/robot:7447"),
     ],
 )

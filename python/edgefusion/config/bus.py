@@ -21,6 +21,8 @@ else:
 RobotName = Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*$", max_length=64)]
 EndpointText = Annotated[str, msgspec.Meta(min_length=1, max_length=300)]
 
+ANY_HOST = ("0.0.0.0", "[::]")
+
 
 class BusConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """How the robot is reached. By default by nobody but the programs on its own computer."""
@@ -77,7 +79,8 @@ class BusConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
         for endpoint in endpoints:
             if endpoint.protocol == "tcp":
                 return str(endpoint)
-        return str(Endpoint("tls", "localhost", endpoints[0].port))
+        first = endpoints[0]
+        return str(Endpoint("tls", "localhost" if first.host in ANY_HOST else first.host, first.port))
 
 
 def _listener(text: str, has_keys: bool) -> Endpoint:

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import Any, Callable, Iterator, List, Sequence
 
-from edgefusion.config.bus import BusConfig
+from edgefusion.config.bus import ANY_HOST, BusConfig
 from edgefusion.config.endpoint import Endpoint, parse_endpoint
 from edgefusion.errors import RefusedError
 from edgefusion.tools.doctor_finding import Examination, Finding, State
@@ -18,7 +18,6 @@ from edgefusion.tools.doctor_sockets import Socket, own_sockets
 
 _HANDSHAKE_S = 3.0
 _SOON_S = 30 * 86400
-_ANY = ("0.0.0.0", "[::]")
 _NEW_KEYS = "make them anew: `edgefusion keys init`"
 _OTHER = "a router is there already: end it, or `systemctl stop edgefusion` for this check; `ss -ltnp` says who"
 
@@ -88,7 +87,7 @@ def _judged(config: BusConfig, exposed: List[str], now: Callable[[], float]) -> 
 
 def _keys(config: BusConfig, endpoint: Endpoint, now: Callable[[], float]) -> Finding:
     """By a handshake with the router itself, as the robot's other processes make it."""
-    host = "localhost" if endpoint.host in _ANY else endpoint.host.strip("[]")
+    host = "localhost" if endpoint.host in ANY_HOST else endpoint.host.strip("[]")
     try:
         certificate = _certificate(host, endpoint.port, Path(str(config.keys)))
     except OSError as error:  # of which ssl's errors are
