@@ -17,6 +17,8 @@ from bus_base import Base, detection, report
 from bus_lab import Lab
 from edgefusion.bus import topics
 from edgefusion.bus.requests import GotoRequest, StopRequest
+from edgefusion.bus.topics import Topic
+from edgefusion.messages import Message
 from edgefusion.messages.from_detections_detail import from_detections_detail
 from edgefusion.messages.from_mission import from_mission
 
@@ -48,8 +50,17 @@ def test_its_verbs_run_without_the_core(verb: str) -> None:
         lab.router()
         base = Base(lab)
         done = run(f"from edgefusion.cli import main; sys.exit(main([{verb!r}, '--connect', {lab.tcp!r}]))")
-        assert (done.returncode, done.stderr) == (0, "")
+        silent = "edgefusion: topics: nothing came of a robot named 'robot'; --robot names another\n"
+        assert (done.returncode, done.stderr) == ((0, "") if verb == "stop" else (1, silent))
         assert base.asked == ([StopRequest()] if verb == "stop" else [])
+
+
+def test_what_needs_the_core_says_so_in_one_line() -> None:
+    done = run("from edgefusion.cli import main; sys.exit(main(['detect', 'drive', '--model', 'model']))")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "edgefusion: this verb needs the C++ core, which is not installed: pip install edgefusion, with a compiler\n"
+    )
 
 
 def test_the_page_names_its_verbs() -> None:
@@ -65,16 +76,21 @@ def test_the_page_s_example_runs_as_it_is() -> None:
         lab.router()
         base = Base(lab)
 
-        def talk() -> None:
+        def talk(topic: Topic, message: Message) -> None:
             while not ended.wait(0.05):
-                base.say(topics.MISSION, from_mission(report(2000, "arrived")))
-                base.say(topics.DETECTIONS_DETAIL, from_detections_detail(7, [detection(7, 2.0)]))
+                base.say(topic, message)
 
-        talking = threading.Thread(target=talk, daemon=True)
-        talking.start()
+        said = {
+            topics.MISSION: from_mission(report(2000, "arrived")),
+            topics.DETECTIONS_DETAIL: from_detections_detail(7, [detection(7, 2.0)]),
+        }  # each by a thread of its own: the first message of each waits until somebody listens
+        talking = [threading.Thread(target=talk, args=each, daemon=True) for each in said.items()]
+        for thread in talking:
+            thread.start()
         done = run(example.replace("tls/robot.local:7447", lab.tcp))
         ended.set()
-        talking.join()
+        for thread in talking:
+            thread.join()
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.splitlines()[:2] == ["arrived None None", "oscilloscope 2.00 m at (2.0, 0.2)"]
     goto, stop = base.asked

@@ -106,7 +106,7 @@ def test_killed_it_leaves_what_it_had_and_recover_mends_it(
     lab: Lab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     robot, path = Robot(lab), tmp_path / "a.mcap"
-    with recording(lab, path, "--topic", "mission") as process:
+    with recording(lab, path, "--topic", "/mission") as process:
         until(lambda: robot._mission.wanted(0), 30)
         until(has_told_until(robot, lambda: path.exists() and path.stat().st_size > 20_000), 30)
         process.kill()

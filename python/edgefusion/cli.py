@@ -16,7 +16,12 @@ EXAMPLES = """examples:
   edgefusion demo
   edgefusion detect drive --model models/resnet18 --images
   edgefusion sim --links /tmp/sim
-  edgefusion model add net.onnx --labels labels.txt --out models/net"""
+  edgefusion model add net.onnx --labels labels.txt --out models/net
+  edgefusion run --config robot.toml
+  edgefusion goto 5 5.5 15deg --inspect oscilloscope"""
+
+CORE = "edgefusion._core"
+"""A laptop sees and steers a robot without it."""
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -93,6 +98,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _run(argv)
     except RefusedError as error:
         return _say(error, 2)
+    except ModuleNotFoundError as error:  # a laptop's installation
+        if error.name != CORE:
+            raise
+        return _say("this verb needs the C++ core, which is not installed: pip install edgefusion, with a compiler", 2)
     except KeyboardInterrupt:
         return _say("interrupted", 130)
     except BrokenPipeError:  # whoever reads has seen enough, as with `| head`

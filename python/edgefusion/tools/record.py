@@ -65,10 +65,11 @@ def run(args: argparse.Namespace) -> int:
 def _topics(names: Sequence[str] | None) -> list[Topic]:
     from edgefusion.bus.topics import TOPICS
 
-    unknown = [name for name in names or () if name not in TOPICS]
+    wanted = [name.lstrip("/") for name in names or TOPICS]  # ROS's names have a slash
+    unknown = [name for name in wanted if name not in TOPICS]
     if unknown:
         raise RefusedError(f"--topic: expected some of {', '.join(TOPICS)}, got {unknown[0]}")
-    return [topic for name, topic in TOPICS.items() if not names or name in names]
+    return [topic for name, topic in TOPICS.items() if name in wanted]
 
 
 def _writer(args: argparse.Namespace) -> McapWriter:

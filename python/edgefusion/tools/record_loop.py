@@ -102,5 +102,7 @@ def _closed(recorder: Recorder) -> Optional[OSError]:
 def _in_words(path: Path, recorder: Recorder, taps: Sequence[Tap]) -> str:
     dropped = {tap.topic.name: tap.dropped for tap in taps if tap.dropped}
     lost = ", ".join(f"{name} {number}" for name, number in dropped.items())
+    if not recorder.messages:
+        return f"{path}: nothing came: is the robot's name right, and does it run?"
     contents = f"{recorder.messages} messages of {recorder.topics} topics, {recorder.bytes / 1e6:.1f} MB"
     return f"{path}: {contents}" + (f"; dropped, since the disk is slow: {lost}" if lost else "")

@@ -35,8 +35,10 @@ class Programme(NamedTuple):
 def play(args: argparse.Namespace) -> int:
     """Puts a recording on a bus. Raises RefusedError, OSError where the bus fails."""
     programme = _programme(args)
-    with _session(args) as (session, robot):
+    with _session(args) as (session, robot, where):
         stage = Stage(session, robot, programme.topics, f"replay-{uuid.uuid4().hex}")
+        waits = ", as soon as somebody listens" if args.wait else ""
+        print(f"edgefusion: replay: on the bus at {where}, as the robot {robot!r}{waits}", file=sys.stderr)
         if args.wait:
             stage.wait_for_listeners()
         count = _play_once(programme, stage, Pace(args.speed))
@@ -75,13 +77,13 @@ def _programme(args: argparse.Namespace) -> Programme:
 
 
 @contextmanager
-def _session(args: argparse.Namespace) -> Iterator[tuple[zenoh.Session, str]]:
-    """A bus of its own, or that to which it shall connect; and the robot's name there."""
+def _session(args: argparse.Namespace) -> Iterator[tuple[zenoh.Session, str, str]]:
+    """A bus of its own, or that to which it shall connect; the robot's name there, and where it is."""
     if args.connect is None:
         config = bus_config(args)
         with open_router(config) as session:
-            yield session, config.robot
+            yield session, config.robot, ", ".join(config.listen)
     else:
         endpoint = asked_endpoint(args)
         with open_client(endpoint.address, endpoint.keys, lease_s=endpoint.lease_s) as session:
-            yield session, endpoint.robot
+            yield session, endpoint.robot, endpoint.address

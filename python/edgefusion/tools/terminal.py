@@ -10,7 +10,7 @@ import sys
 import termios
 import tty
 from contextlib import contextmanager
-from typing import Iterator, Sequence, TextIO
+from typing import Iterator, Sequence, TextIO, Tuple
 
 _UP, _CLEAR_LINE, _CLEAR_BELOW = "\x1b[{}A", "\x1b[2K", "\x1b[J"
 _HIDE, _SHOW = "\x1b[?25l", "\x1b[?25h"
@@ -19,6 +19,7 @@ _KEYS = 4096
 _INPUT, _KEYS_AT = 0, 6
 """In what termios tells of a terminal."""
 _NO_KEY = b"\0"
+_USUAL = (80, 24)
 
 
 class Screen:
@@ -29,8 +30,10 @@ class Screen:
         self._shown = 0
 
     def show(self, lines: Sequence[str]) -> None:
-        """In place of what was shown before; cut at the right edge, as a line that wraps could not be overwritten."""
-        width = _width(self._out)
+        """In place of what was shown before; cut at the right edge and, of more lines than there are rows, at the top:
+        what wraps or has scrolled away could not be overwritten."""
+        width, height = _size(self._out)
+        lines = lines[-(height - 1) :] if height > 1 else ()
         up = _UP.format(self._shown) if self._shown else ""
         self._out.write(up + "".join(f"{_CLEAR_LINE}{line[:width]}\n" for line in lines) + _CLEAR_BELOW)
         self._out.flush()
@@ -79,8 +82,10 @@ def drop_stdout() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _width(out: TextIO) -> int:
+def _size(out: TextIO) -> Tuple[int, int]:
+    """Columns and rows. A terminal that does not say is taken for a usual one."""
     try:
-        return os.get_terminal_size(out.fileno()).columns or 80
+        size = os.get_terminal_size(out.fileno())
     except OSError:
-        return 80
+        return _USUAL
+    return size.columns or _USUAL[0], size.lines or _USUAL[1]

@@ -15,7 +15,7 @@ EXAMPLES = """examples:
   edgefusion topics --json
 
 Listens to all of them for a while, also to images, which are encoded only while somebody listens.
-Exit codes: 0 done, 1 no bus, 2 refused, 130 interrupted."""
+Exit codes: 0 done, 1 no bus, or nothing came, 2 refused, 130 interrupted."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -36,6 +36,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Listens, and lists. Raises RefusedError."""
     import json
+    import sys
 
     from edgefusion.service.signals import ended_by_signals
     from edgefusion.tools.topic_rates import in_words, listen
@@ -44,4 +45,7 @@ def run(args: argparse.Namespace) -> int:
     with ended_by_signals(), open_robot(args) as robot:
         heard = listen(robot.session, robot.name, args.seconds)
     print("\n".join(json.dumps(each._asdict()) for each in heard) if args.json else "\n".join(in_words(heard)))
-    return 0
+    if any(each.messages for each in heard):
+        return 0
+    print(f"edgefusion: topics: nothing came of a robot named {robot.name!r}; --robot names another", file=sys.stderr)
+    return 1
