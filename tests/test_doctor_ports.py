@@ -119,6 +119,20 @@ def test_a_port_that_may_not_be_opened_says_whose_it_is_and_how_to_get_in(
     assert unusable
 
 
+def test_a_user_and_a_group_without_names_are_told_by_their_numbers(
+    tmp_path: Path, port: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nameless(_: int) -> None:
+        raise KeyError
+
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    monkeypatch.setattr(os, "geteuid", lambda: 1234)
+    monkeypatch.setattr(pwd, "getpwuid", nameless)
+    monkeypatch.setattr(grp, "getgrgid", nameless)
+    finding, _ = of_the_robot(tmp_path, port)
+    assert f"1234 may not open it: it belongs to the group {Path(port).stat().st_gid}" in finding.text
+
+
 def test_a_lock_file_that_may_not_be_written_is_named(tmp_path: Path, port: str) -> None:
     PortLock(port, "x", tmp_path).path.mkdir()
     finding, _ = of_the_robot(tmp_path, port)

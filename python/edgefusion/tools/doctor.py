@@ -23,6 +23,9 @@ that failed: 10 ports, 11 robot, 12 laser, 13 camera, 14 model, 15 calibration, 
 19 permissions."""
 
 
+INTERRUPTED = 130
+
+
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Registers the verb."""
     parser = subparsers.add_parser(
@@ -51,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
         raise RefusedError(f"--only: expected {', '.join(CHECKS)}, got {', '.join(unknown)}")
     exam = Examination(load_config(args.config), args.config)
     findings: List[Finding] = []
-    with ended_by_signals():
+    with ended_by_signals(INTERRUPTED):
         for finding in examine(exam, args.only or CHECKS):
             findings.append(finding)
             if not args.json:
@@ -72,8 +75,8 @@ def examine(exam: Examination, checks: Sequence[str]) -> Iterator[Finding]:
             continue
         try:
             yield from known[name](exam)
-        except (OSError, RuntimeError) as error:
-            text = " ".join(str(error).split())
+        except (OSError, RuntimeError, ValueError, LookupError) as error:
+            text = " ".join((str(error) or type(error).__name__).split())
             yield Finding(name, State.FAILED, f"it could not be looked at: {text}", "mend what is named, and try again")
 
 

@@ -10,7 +10,7 @@ import os
 import pwd
 import stat
 from pathlib import Path
-from typing import Iterator, Tuple
+from typing import Iterator, Sequence, Tuple
 
 from edgefusion.drivers.camera_open import device_path
 from edgefusion.drivers.port_lock import PortBusyError, PortLock
@@ -120,12 +120,28 @@ def _device_problem(path: Path, patterns: Tuple[str, ...]) -> Tuple[str, str]:
 
 def _forbidden(group_id: int) -> Tuple[str, str]:
     """Of a device of that group, which this process may not open."""
-    user = pwd.getpwuid(os.geteuid()).pw_name
-    group = grp.getgrgid(group_id)
-    text = f"{user} may not open it: it belongs to the group {group.gr_name}"
-    if user in group.gr_mem and group_id not in os.getgroups():
-        return text, f"log in again: {user} is in the group {group.gr_name} only since this login"
-    return text, f"`sudo usermod -aG {group.gr_name} {user}`, and log in again"
+    user, (group, members) = _user(), _group(group_id)
+    text = f"{user} may not open it: it belongs to the group {group}"
+    if user in members and group_id not in os.getgroups():
+        return text, f"log in again: {user} is in the group {group} only since this login"
+    return text, f"`sudo usermod -aG {group} {user}`, and log in again"
+
+
+def _user() -> str:
+    """Its name; its number where it has none, as in a container."""
+    try:
+        return pwd.getpwuid(os.geteuid()).pw_name
+    except KeyError:
+        return str(os.geteuid())
+
+
+def _group(group_id: int) -> Tuple[str, Sequence[str]]:
+    """Its name, or number, and its members."""
+    try:
+        group = grp.getgrgid(group_id)
+    except KeyError:
+        return str(group_id), ()
+    return group.gr_name, group.gr_mem
 
 
 def _there(patterns: Tuple[str, ...]) -> str:
