@@ -91,11 +91,31 @@ def test_what_is_no_request_is_refused_as_malformed(lab: Lab, payload: bytes) ->
 
 
 def test_a_request_counts_once_and_not_without_a_number(lab: Lab) -> None:
-    service, client, tag = serve(lab, accept), lab.client(), Tagger().command(1000)
+    asked = []
+    service, client, tag = serve(lab, asked.append), lab.client(), Tagger().command(1000)
     assert raw(client, b"{}", tag).accepted
-    assert raw(client, b"{}", tag).reason == "replayed"
+    assert raw(client, b"{ }", tag).reason == "replayed"
     assert raw(client, b"{}", None).reason == "without session and number"
     assert raw(client, b"{}", b"junk").reason == "a tag that is none"
+    assert len(asked) == 1
+    service.undeclare()
+
+
+def test_who_lost_the_answer_and_asks_again_gets_it_without_its_being_done_again(lab: Lab) -> None:
+    refusals = [None, RefusedError("not now")]
+
+    def answer(_: object) -> None:
+        refusal = refusals.pop(0)
+        if refusal is not None:
+            raise refusal
+
+    service, client, tagger = serve(lab, answer), lab.client(), Tagger()
+    for accepted in (True, False):
+        tag = tagger.command(1000)
+        first, again = raw(client, b"{}", tag), raw(client, b"{}", tag)
+        assert first == again
+        assert first.accepted is accepted
+    assert refusals == []
     service.undeclare()
 
 

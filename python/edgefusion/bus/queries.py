@@ -7,6 +7,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections import OrderedDict
 from contextlib import suppress
 from queue import Full, Queue
 from typing import Callable, Generic, Optional, Tuple, Type, TypeVar
@@ -29,6 +30,9 @@ R = TypeVar("R", bound=msgspec.Struct)
 MOST_WAITING = 16
 """So many requests wait for the one that is being done."""
 
+MOST_REMEMBERED = 64
+"""So many answers are kept for who sends the same request again."""
+
 AGAIN_S = 0.1
 """After so long a request that nobody answered is sent again: the router drops what comes too fast."""
 
@@ -50,6 +54,7 @@ class Service(Generic[R]):
     ) -> None:
         self._key, self._kind, self._handle = key, kind, handle
         self.freshness, self._clock = freshness, clock
+        self._given: OrderedDict[Tuple[Optional[bytes], bytes], Answer] = OrderedDict()
         self._waiting: Queue[Optional[Tuple[int, zenoh.Query]]] = Queue(MOST_WAITING)
         threading.Thread(target=self._serve, name=key, daemon=True).start()
         guarded: Guarded[zenoh.Query] = Guarded(key, self._take)
@@ -84,8 +89,16 @@ class Service(Generic[R]):
 
     def _answer(self, received_ns: int, payload: bytes, attachment: Optional[bytes]) -> Answer:
         refusal = self.freshness.judge(self._clock(), received_ns, len(payload), attachment)
+        if refusal is Refusal.REPLAYED and (attachment, payload) in self._given:
+            return self._given[attachment, payload]  # of which the first answer was lost, perhaps: it is done once
         if refusal is not None:
             return Answer(False, refusal.value)
+        answer = self._given[attachment, payload] = self._done(payload)
+        if len(self._given) > MOST_REMEMBERED:
+            self._given.popitem(last=False)
+        return answer
+
+    def _done(self, payload: bytes) -> Answer:
         try:
             request = read_json(self._kind, payload)
         except RefusedError as error:
@@ -104,7 +117,7 @@ class Service(Generic[R]):
 def ask(session: zenoh.Session, key: str, request: msgspec.Struct, tagger: Tagger, timeout_s: float = 2.0) -> Answer:
     """The answer of a robot that has accepted the request.
 
-    Where nobody answers it is sent again, under the same number, by which the robot does it once at most.
+    Where nobody answers it is sent again, under the same number: the robot does it once, and answers again.
     Raises RefusedError with the reason where it was not accepted, UnreachableError where nobody answers in time.
     """
     payload, tag = msgspec.json.encode(request), tagger.command(max(1, round(timeout_s * 1e3)))
