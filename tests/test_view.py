@@ -74,6 +74,17 @@ def test_where_it_is_not_known_how_the_camera_is_mounted_there_is_no_projection(
     assert camera_from_laser(loop) is None
 
 
+def test_a_robot_with_frames_of_its_own_names_has_its_scan_over_the_image_too() -> None:
+    mounted = [
+        FrameTransform("base_footprint", "base_link", np.eye(4)),
+        FrameTransform("base_link", "front_laser", T_BASE_LASER),
+        FrameTransform("base_link", "rgb_optical", T_BASE_LASER @ T_LASER_CAMERA),
+    ]
+    T = camera_from_laser({each.child: each for each in mounted}, "front_laser", "rgb_optical")
+    np.testing.assert_allclose(T, np.linalg.inv(T_LASER_CAMERA), atol=1e-12)
+    assert camera_from_laser({each.child: each for each in mounted}) is None
+
+
 def say_everything(base: Speaker) -> None:
     picture = np.zeros((480, 640, 3), np.uint8)
     base.say(topics.TF_STATIC, from_transforms(7, MOUNTING, STAMPER))

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, Callable, List, Tuple
+from typing import Any, Callable, List, Tuple, Union
 
 import rerun as rr
 
@@ -13,7 +13,7 @@ from edgefusion.bus import topics
 from edgefusion.bus.client import Robot
 from edgefusion.bus.feed import Feed
 from edgefusion.bus.topics import Topic
-from edgefusion.messages.sensor_msgs import CompressedImage
+from edgefusion.messages.sensor_msgs import CameraInfo, CompressedImage, LaserScan
 from edgefusion.messages.stamps import Stamper
 from edgefusion.messages.to_camera_info import to_camera_info
 from edgefusion.messages.to_clusters import to_clusters
@@ -23,6 +23,7 @@ from edgefusion.messages.to_odometry import to_odometry
 from edgefusion.messages.to_path import to_path
 from edgefusion.messages.to_scan import to_scan
 from edgefusion.messages.to_transforms import to_transforms
+from edgefusion.recording.frame_tree import plain
 from edgefusion.tools.view_log import ViewLog
 
 TURN_S = 0.02
@@ -52,15 +53,24 @@ def _showers(robot: Robot, log: ViewLog) -> List[Shower]:
 
     return [
         of(topics.TF_STATIC, lambda message: to_transforms(message, _STAMPER), log.mounting),
-        of(topics.CAMERA_INFO, to_camera_info, log.camera),
+        of(
+            topics.CAMERA_INFO,
+            lambda message: (to_camera_info(message), _frame(message)),
+            lambda each: log.camera(*each),
+        ),
         of(topics.ODOM, lambda message: to_odometry(message, _STAMPER), log.odometry),
-        of(topics.SCAN, lambda message: to_scan(message, _STAMPER), log.scan),
+        of(topics.SCAN, lambda message: (to_scan(message, _STAMPER), _frame(message)), lambda each: log.scan(*each)),
         of(topics.IMAGE, _jpeg, log.image),
         of(topics.CLUSTERS, to_clusters, log.clusters),
         of(topics.DETECTIONS_DETAIL, to_detections_detail, log.detections),
         of(topics.PATH, to_path, log.path),
         of(topics.DIAGNOSTICS, to_healths, log.healths),
     ]
+
+
+def _frame(message: Union[CameraInfo, LaserScan]) -> str:
+    """What was recorded of other robots and is played again has frames of other names."""
+    return plain(message.header.frame_id)
 
 
 def _jpeg(message: CompressedImage) -> bytes:

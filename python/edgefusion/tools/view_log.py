@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from edgefusion.messages.frames import LASER
+from edgefusion.messages.frames import CAMERA_OPTICAL, LASER
 from edgefusion.messages.intrinsics import Intrinsics
 from edgefusion.messages.to_detections_detail import Detections
 from edgefusion.messages.to_healths import Report
 from edgefusion.messages.to_odometry import Reckoning
 from edgefusion.messages.to_transforms import StampedTransform
 from edgefusion.messages.transform import FrameTransform
+from edgefusion.recording.frame_tree import plain
 from edgefusion.tools.view_projection import camera_from_laser, pixels, points, to_base
 from edgefusion.types import Pose2D, Scan
 
@@ -36,17 +37,20 @@ class ViewLog:
         self._recording = recording
         self._frames: Dict[str, FrameTransform] = {}
         self._camera: Intrinsics | None = None
+        self._laser_frame, self._camera_frame = LASER, CAMERA_OPTICAL
 
     def mounting(self, transforms: Sequence[StampedTransform]) -> None:
         """Where the laser and the camera are on the robot."""
-        self._frames.update({each.transform.child: each.transform for each in transforms})
-        T = to_base(self._frames, LASER)
+        for transform in (each.transform for each in transforms):
+            parent, child = plain(transform.parent), plain(transform.child)
+            self._frames[child] = FrameTransform(parent, child, transform.T_parent_child)
+        T = to_base(self._frames, self._laser_frame)
         if T is not None:
             self._log("odom/robot/laser", rr.Transform3D(translation=T[:3, 3], mat3x3=T[:3, :3]))
 
-    def camera(self, camera: Intrinsics) -> None:
-        """What the camera makes of what it sees."""
-        self._camera = camera
+    def camera(self, camera: Intrinsics, frame: str) -> None:
+        """What the camera makes of what it sees. frame: where it is; empty: the usual one."""
+        self._camera, self._camera_frame = camera, frame or CAMERA_OPTICAL
 
     def odometry(self, reckoning: Reckoning) -> None:
         """The robot, where it is."""
@@ -55,10 +59,11 @@ class ViewLog:
         self._log("odom/robot/body", rr.Boxes3D(half_sizes=[_SIZE_M], colors=[_WHITE]))
         self._log("odom/robot/ahead", rr.Arrows3D(vectors=[(0.5, 0, 0)], colors=[_WHITE]))
 
-    def scan(self, scan: Scan) -> None:
-        """From above, and over the image."""
+    def scan(self, scan: Scan, frame: str) -> None:
+        """From above, and over the image. frame: where the laser is; empty: the usual one."""
+        self._laser_frame = frame or LASER
         self._log("odom/robot/laser/scan", rr.Points3D(points(scan), radii=_POINT_M / 2, colors=[_GREY]))
-        T_camera_laser = camera_from_laser(self._frames)
+        T_camera_laser = camera_from_laser(self._frames, self._laser_frame, self._camera_frame)
         if self._camera is not None and T_camera_laser is not None:
             seen = pixels(scan, self._camera, T_camera_laser)
             self._log("camera/scan", rr.Points2D(seen.uv, radii=2.0, colors=_colours(seen.ranges_m), draw_order=20))

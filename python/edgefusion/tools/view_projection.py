@@ -18,6 +18,8 @@ from edgefusion.types import Scan
 Array = npt.NDArray[np.float64]
 
 NEAREST_M = 0.05
+ROBOT = (BASE_LINK, "base_footprint")
+"""One of these is what all of a robot is mounted on."""
 MARGIN = 0.3
 """By so much of its size outside the image a point may be for a camera without distortion: the polynomial brings some
 from far outside back into it."""
@@ -38,22 +40,37 @@ def points(scan: Scan) -> Array:
 
 
 def to_base(frames: Mapping[str, FrameTransform], frame: str) -> Array | None:
-    """The transform [4, 4] of a frame's coordinates into base_link's; None where it is not known how it is mounted."""
+    """The transform [4, 4] of a frame's coordinates into the robot's; None where it is not known how it is mounted."""
+    found = _to_root(frames, frame)
+    return found.T if found is not None and found.frame in ROBOT else None
+
+
+def camera_from_laser(
+    frames: Mapping[str, FrameTransform], laser: str = LASER, camera: str = CAMERA_OPTICAL
+) -> Array | None:
+    """T_camera_laser [4, 4]; None where it is not known."""
+    of_laser, of_camera = _to_root(frames, laser), _to_root(frames, camera)
+    if of_laser is None or of_camera is None or of_laser.frame != of_camera.frame:
+        return None
+    return np.linalg.inv(of_camera.T) @ of_laser.T
+
+
+class _Root(NamedTuple):
+    """frame: that which is mounted on no other; T: into its coordinates."""
+
+    frame: str
+    T: Array
+
+
+def _to_root(frames: Mapping[str, FrameTransform], frame: str) -> _Root | None:
+    """None where frames go round in a circle."""
     T = np.eye(4)
     for _ in range(len(frames) + 1):
-        if frame == BASE_LINK:
-            return T
         if frame not in frames:
-            return None
+            return _Root(frame, T)
         T = frames[frame].T_parent_child @ T
         frame = frames[frame].parent
     return None
-
-
-def camera_from_laser(frames: Mapping[str, FrameTransform]) -> Array | None:
-    """T_camera_laser [4, 4]; None where it is not known."""
-    laser, camera = to_base(frames, LASER), to_base(frames, CAMERA_OPTICAL)
-    return None if laser is None or camera is None else np.linalg.inv(camera) @ laser
 
 
 def pixels(scan: Scan, camera: Intrinsics, T_camera_laser: Array) -> Pixels:
