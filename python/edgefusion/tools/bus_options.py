@@ -26,9 +26,14 @@ class Endpoint(NamedTuple):
 def add_bus(parser: argparse.ArgumentParser) -> None:
     """Where the bus is."""
     parser.add_argument("--config", type=Path, metavar="FILE", help="the robot's TOML file, with its [bus]")
-    parser.add_argument("--connect", metavar="ENDPOINT", help="of the router, as tls/robot.local:7447")
-    parser.add_argument("--keys", type=Path, metavar="FOLDER", help="of this machine, as `edgefusion keys` makes it")
-    parser.add_argument("--robot", metavar="NAME", help="the first part of its keys (default: robot)")
+    parser.add_argument(
+        "--connect",
+        metavar="ENDPOINT",
+        help="the robot's bus, as tls/robot.local:7447 (default: that of this computer)",
+    )
+    keys_help = "for tls, of `edgefusion keys` (default: $EDGEFUSION_KEYS, else ~/.config/edgefusion/keys)"
+    parser.add_argument("--keys", type=Path, metavar="FOLDER", help=keys_help)
+    parser.add_argument("--robot", metavar="NAME", help="its name on the bus (default: robot)")
 
 
 def bus_config(args: argparse.Namespace) -> BusConfig:

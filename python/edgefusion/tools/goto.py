@@ -16,7 +16,7 @@ EXAMPLES = """examples:
   edgefusion goto -1 0 -90deg --relative --connect tls/robot.local:7447
 
 X and Y in metres, the heading as 15deg or 0.26rad, in odom: from where the robot was switched on, x forward, y left.
-Ctrl-C gives the goal up and stops the robot, until `edgefusion resume`; so does the end of who reads what is told.
+Ctrl-C gives the goal up and stops the robot, until `edgefusion resume`; so does a pipe that nobody reads any more.
 --resume leaves a stop; the goals that were left are given up. An operator's keys are needed.
 Exit codes: 0 arrived, 1 nobody answered or the robot fell silent, 2 refused, 3 it did not arrive, 130 interrupted."""
 

@@ -15,6 +15,7 @@ from edgefusion.tools.recording_options import FORMATS, add_recording
 EXAMPLES = f"""examples:
   edgefusion replay drive.mcap
   edgefusion replay drive.bag --speed 4 --wait --loop
+  edgefusion replay belgioioso.log.gz --speed 2
   edgefusion replay drive --speed max --connect tcp/127.0.0.1:7448
   edgefusion replay drive.mcap --model models/resnet18 > detections.jsonl
 
