@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from edgefusion.cli import main
-from edgefusion.config import Config, load_config, read_toml
+from edgefusion.config import Config, load_config, read_toml, toml_lines
 from edgefusion.config.documentation import Key, sections
 from edgefusion.config.strict import parse_toml
 from edgefusion.config.toml_lines import key_lines
@@ -187,6 +187,18 @@ def test_lines_are_those_where_a_statement_begins() -> None:
     }
 
 
+def test_a_long_list_is_not_parsed_again_for_each_of_its_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    parse, parsed = toml_lines.tomllib.loads, []
+
+    def counted(text: str) -> Any:
+        parsed.append(text)
+        return parse(text)
+
+    monkeypatch.setattr(toml_lines.tomllib, "loads", counted)
+    assert key_lines("a = [\n" + 1000 * "1,\n" + "]\nb = 1\n") == {("a",): 1, ("b",): 1003}
+    assert len(parsed) < 10
+
+
 VALUES = st.recursive(
     st.one_of(st.booleans(), st.integers(-(2**63), 2**63 - 1), st.floats(allow_nan=False, allow_infinity=False))
     | st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters="\x7f")),
@@ -204,6 +216,12 @@ def test_whatever_the_values_are_each_key_is_found_in_its_line(values: list[tupl
         text += f"k{number} = {toml_value(value)}\n"
     assert parse_toml(text, Path("x")) == {f"k{number}": value for number, (value, _) in enumerate(values)}
     assert key_lines(text) == expected
+
+
+def test_a_byte_order_mark_before_everything_is_no_part_of_it(tmp_path: Path) -> None:
+    path = tmp_path / "robot.toml"
+    path.write_text("version = 1\n", "utf-8-sig")
+    assert read_toml(path) == {"version": 1}
 
 
 def test_a_file_with_windows_line_ends_has_the_same_lines(tmp_path: Path) -> None:

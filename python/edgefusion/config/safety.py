@@ -46,9 +46,9 @@ class SafetyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     latching: Components = ("robot",)
     """Components whose failure stops the robot until an operator resumes."""
     optional: Components = ("camera", "vision", "bus")
-    """Components whose failure is only noted. The bus is among them: a robot that is on its way drives on by itself, and
-    without it no goal or cmd_vel comes. No stop comes either: where somebody must be able to stop it at any time, set
-    require_operator in [bus], by which it stands as soon as nobody is heard."""
+    """Components whose failure is only noted. The bus is among them: a robot that is on its way drives on by itself,
+    and without it no goal or cmd_vel comes. No stop comes either: where somebody must be able to stop it at any time,
+    set require_operator in [bus], by which it stands as soon as nobody is heard."""
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -45,7 +45,7 @@ def check_fields(settings: msgspec.Struct) -> None:
 def read_text(path: Path) -> str:
     """The text of a TOML file. Raises RefusedError naming the file."""
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # some editors begin every file with a byte order mark
     except OSError as error:
         raise RefusedError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:

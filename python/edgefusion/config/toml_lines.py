@@ -15,13 +15,19 @@ else:
     import tomli as tomllib
 
 
+_ENDS = ("]", "}", '"""', "'''")
+"""One of these is in the last line of a statement of several."""
+
+
 def key_lines(text: str) -> Dict[Path, int]:
     """The line, from 1 on, in which each key and table of a valid TOML text first begins."""
     lines: Dict[Path, int] = {}
     table: Path = ()
     statement, begin = "", 1
     for number, line in enumerate(text.split("\n"), 1):
-        statement += line + "\n"
+        is_first, statement = not statement, statement + line + "\n"
+        if not is_first and not any(end in line for end in _ENDS):
+            continue  # else a list of thousands of lines would be parsed thousands of times
         try:
             found = list(_paths(tomllib.loads(statement)))
         except tomllib.TOMLDecodeError:  # its array or string goes on
