@@ -1,112 +1,86 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""The base in virtual time with the product's own threads of devices, taken turn by turn: they start, poll and break as
-they do on a robot."""
+"""The base in virtual time with the product's own threads of devices, which start, poll and break as on a robot."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Sequence, Tuple
+from typing import Any, Callable, List, Sequence, Tuple
 
-from virtual_base import FAR, VirtualBase
+import msgspec
+import virtual_base
+from turn_clock import TurnClock
+from virtual_base import CYCLE_NS, FAR, S, VirtualBase
 
 from edgefusion.clock import SimClock
+from edgefusion.config import SafetyConfig
 from edgefusion.drivers.sip_command import Command
 from edgefusion.errors import RefusedError
 from edgefusion.service.base_inputs import Inputs, Outputs
 from edgefusion.service.base_loop import BaseLoop
-from edgefusion.service.device_news import DeviceNews
 from edgefusion.service.device_thread import Device, DeviceThread
 from edgefusion.service.ending import Ending
 from edgefusion.types import Health
 
-
-class _Broken:
-    """A device that goes on raising what it raised once: the thread is asked twice here."""
-
-    def __init__(self, device: Device[Any]) -> None:
-        self._device, self._error = device, None
-
-    @property
-    def health(self) -> Health:
-        return self._device.health
-
-    def start(self) -> None:
-        self._try(self._device.start)
-
-    def poll(self) -> Sequence[Any]:
-        return self._try(self._device.poll)
-
-    def close(self) -> None:
-        self._device.close()
-
-    def _try(self, call: Any) -> Any:
-        if self._error is not None:
-            raise self._error
-        try:
-            return call()
-        except ArithmeticError as error:  # what tests have them raise, and no driver does
-            self._error = error
-            raise
+_LOOK_NS = 5_000_000
+MOVING = (Command.VEL, Command.RVEL, Command.VEL2, Command.HEAD, Command.DHEAD)
+STOPPING = (Command.STOP, Command.E_STOP, Command.CLOSE)
 
 
-class ThreadTurn:
-    """One turn of a device's thread at a time; after what ends that thread, nothing but time passes."""
-
-    def __init__(self, device: Device[Any], clock: SimClock, pause: Any) -> None:
-        self._clock, self.ended = clock, False
-        self.thread: DeviceThread[Any] = DeviceThread(_Broken(device), Ending(), lambda: None, clock, pause)
-
-    @property
-    def news(self) -> DeviceNews[Any]:
-        return self.thread.news
-
-    def take(self) -> None:
-        if self.ended:
-            self._clock.advance(5_000_000)
-            return
-        try:
-            self.thread.turn()
-        except ArithmeticError:
-            self.ended = True
-            self.thread.run()
-
-    def end(self) -> None:
-        """As when the base ends."""
-        self.thread.end()
-        self.thread.run()
-        self.ended = True
-
-
-class _Told:
-    """A loop that hears how other processes are, for one step."""
-
-    def __init__(self, loop: BaseLoop, healths: Tuple[Health, ...]) -> None:
-        self._loop, self._healths = loop, healths
-
-    def step(self, now_ns: int, inputs: Inputs) -> Outputs:
-        return self._loop.step(now_ns, replace(inputs, healths=self._healths))
+def thread_of(device: Device[Any], clock: SimClock, wake: Callable[[], None], pause: Any) -> DeviceThread[Any]:
+    return DeviceThread(device, Ending(), wake, clock, pause)
 
 
 class ThreadedBase(VirtualBase):
-    """plugged: the devices that are there from the beginning. others_say: how other processes are."""
+    """plugged: the devices that are there from the beginning. others_say: how other processes are. cycles: what every
+    step of the loop was given and what came out. Finish it, so that its threads end."""
 
-    def __init__(self, monkeypatch: Any, seed: int = 0, plugged: Sequence[str] = ("robot", "laser")) -> None:
+    clock: TurnClock
+
+    def __init__(
+        self,
+        monkeypatch: Any,
+        seed: int = 0,
+        plugged: Sequence[str] = ("robot", "laser"),
+        safety: SafetyConfig = SafetyConfig(),  # noqa: B008
+    ) -> None:
+        monkeypatch.setattr(virtual_base, "_SharedClock", TurnClock)
         self.others_say: Tuple[Health, ...] = ()
+        self.cycles: List[Tuple[Inputs, Outputs]] = []
         super().__init__(monkeypatch, seed)
         for name, line in self.lines.items():
             line.plugged = name in plugged
-
-    def _step(self) -> None:
-        step, self.loop = self.loop, _Told(self.loop, self.others_say)
-        super()._step()
-        self.loop = step
+        self.loop = BaseLoop(msgspec.structs.replace(self.config, safety=safety), self.age_limit_s)
+        self._decide, self.loop.step = self.loop.step, self._told
+        self.clock.spawn("robot", self.robot_turn.run)
+        self.clock.spawn("laser", self.laser_turn.run)
+        self.clock.spawn("loop", self._cycle)
 
     def _turns(self, monkeypatch: Any) -> None:
         super()._turns(monkeypatch)
-        pause = self.lines["robot"].pause
-        self.robot_turn = ThreadTurn(self.robot_turn.device, self.clock, pause)
-        self.laser_turn = ThreadTurn(self.laser_turn.device, self.clock, pause)
+        devices, pause = (self.robot_turn.device, self.laser_turn.device), self.lines["robot"].pause
+        self.robot_turn, self.laser_turn = (
+            thread_of(device, self.clock, lambda: self.clock.wake("loop"), pause) for device in devices
+        )
+
+    def _cycle(self) -> None:
+        while True:
+            self.clock.advance(max(0, self._next_ns - self.clock()))
+            if self.clock() >= self._next_ns:
+                self._next_ns += CYCLE_NS * (1 + (self.clock() - self._next_ns) // CYCLE_NS)
+            self._step()
+
+    def _told(self, now_ns: int, inputs: Inputs) -> Outputs:
+        inputs = replace(inputs, healths=self.others_say)
+        outputs = self._decide(now_ns, inputs)
+        self.cycles.append((inputs, outputs))
+        return outputs
+
+    def run(self, seconds: float, until: Callable[[], bool] = lambda: False) -> List[Outputs]:
+        end_ns, begin = self.clock() + round(seconds * S), len(self.outputs)
+        while self.clock() < end_ns and not until():
+            self.clock.advance(min(_LOOK_NS, end_ns - self.clock()))
+        return self.outputs[begin:]
 
     def accepts(self) -> bool:
         """A goal; which it drives to then."""
@@ -116,8 +90,13 @@ class ThreadedBase(VirtualBase):
             return False
         return True
 
-    def moved_since(self, ns: int) -> list[tuple[int, int, int]]:
-        """When, and what the robot was told that moves it."""
-        kinds = (Command.VEL, Command.RVEL, Command.VEL2, Command.HEAD, Command.DHEAD)
-        told = [(then, each.number, each.value) for then, each in self.robot.heard]
-        return [each for each in told if each[0] >= ns and each[1] in kinds and each[2]]
+    def moved_since(self, ns: int) -> List[int]:
+        """When the robot was told something that moves it."""
+        return [then for then, told in self.robot.heard if then >= ns and told.number in MOVING and told.value]
+
+    def motions_since(self, ns: int) -> List[Tuple[int, bool]]:
+        """When it was told anything about moving, and whether that was to stand."""
+        told = [(then, each) for then, each in self.robot.heard if then >= ns]
+        return [
+            (then, not each.value or each.number in STOPPING) for then, each in told if each.number != Command.PULSE
+        ]
