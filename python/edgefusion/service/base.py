@@ -15,6 +15,7 @@ from edgefusion.service.device_news import DeviceNews
 from edgefusion.service.device_thread import DeviceThread, nothing
 from edgefusion.service.ending import Ending
 from edgefusion.service.laser_device import LaserDevice, LaserDriver
+from edgefusion.service.laser_device import nobody as deaf
 from edgefusion.service.requests import Requests
 from edgefusion.service.robot_device import RobotDevice, RobotDriver, RobotReport
 from edgefusion.types import Goal, Scan, Twist2D
@@ -30,6 +31,9 @@ must not wait for anything."""
 
 Watcher = Callable[[Outputs], None]
 """Is told of every step, in the loop's thread; it must not wait for anything."""
+
+Ear = Callable[[Scan], object]
+"""Is told of every scan that may be driven by, as it comes, in the laser's thread; it must not wait for anything."""
 
 
 def nobody(_: Outputs) -> None:
@@ -59,6 +63,7 @@ class Base:
         clock: Clock = system_clock,
         pause: Callable[[float], None] = time.sleep,
         prepare: Callable[[], object] = nothing,
+        ear: Ear = deaf,
     ) -> None:
         self._loop, self._watcher, self._inlet, self._prepare = loop, watcher, inlet, prepare
         self._wake = Wake()
@@ -67,7 +72,7 @@ class Base:
         self._device = RobotDevice(robot, clock)
         self._robot = DeviceThread(self._device, endings[0], self._wake, clock, pause, prepare)
         self._laser: DeviceThread[Scan] = DeviceThread(
-            LaserDevice(laser, self._moves), endings[1], self._wake, clock, pause, prepare
+            LaserDevice(laser, self._moves, ear), endings[1], self._wake, clock, pause, prepare
         )
         self._ending = False
 

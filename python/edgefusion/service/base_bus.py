@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, Mapping, NamedTuple, Sequence
+from typing import Dict, Mapping, NamedTuple, Sequence, Union
 
 import zenoh
 
@@ -24,6 +24,7 @@ from edgefusion.service.base_reports import COMPONENT
 from edgefusion.service.base_services import BaseServices
 from edgefusion.service.helm import Helm
 from edgefusion.service.teller import Teller
+from edgefusion.types import Scan
 
 OPENING_S = 1.0
 """So long an attempt to join may take; that much later the process may end."""
@@ -42,7 +43,10 @@ class _Joined(NamedTuple):
 
 
 class BaseBus:
-    """take() is for the loop's thread, tell() too. figures: what there is to say of the base beside what it did."""
+    """take() is for the loop's thread. tell: what that did, and every scan, from any thread.
+
+    figures: what there is to say of the base beside what it did.
+    """
 
     def __init__(
         self,
@@ -58,7 +62,7 @@ class BaseBus:
         self._clock_id = clock_id()
         self._joined: _Joined | None = None
         self._joining = Joining(lambda: open_member(config, OPENING_S), self._join)
-        self.tell: Teller[Outputs] = Teller("publishing", self._publish)
+        self.tell: Teller[Union[Outputs, Scan]] = Teller("publishing", self._publish)
 
     def begin(self) -> None:
         """Returns at once."""
@@ -92,9 +96,13 @@ class BaseBus:
         )
         self._joined = _Joined(inbox, outlet, services, declare_alive(session, config.robot, COMPONENT))
 
-    def _publish(self, outputs: Outputs) -> None:
-        if self._joined is not None:
-            self._joined.outlet.tell(outputs)
+    def _publish(self, what: Union[Outputs, Scan]) -> None:
+        if self._joined is None:
+            return
+        if isinstance(what, Scan):
+            self._joined.outlet.tell_scan(what)
+        else:
+            self._joined.outlet.tell(what)
 
     def _figures(self) -> Mapping[str, str]:
         figures: Dict[str, str] = dict(self._base_figures())

@@ -11,10 +11,11 @@ from edgefusion.config import Config
 from edgefusion.drivers.lms2xx import POWER_ON_BAUD, Lms2xx
 from edgefusion.drivers.lms2xx_setup import configured_age_limit_s
 from edgefusion.drivers.pioneer import Pioneer
-from edgefusion.service.base import Base, Inlet, Watcher, alone, nobody
+from edgefusion.service.base import Base, Ear, Inlet, Watcher, alone, nobody
 from edgefusion.service.base_loop import BaseLoop
 from edgefusion.service.device_thread import nothing
 from edgefusion.service.ending import EndableLink
+from edgefusion.service.laser_device import nobody as deaf
 
 HOLDER = "edgefusion base"
 
@@ -46,6 +47,7 @@ def base_on(
     watcher: Watcher = nobody,
     inlet: Inlet = alone,
     prepare: Callable[[], object] = nothing,
+    ear: Ear = deaf,
 ) -> Base:
     """With a Pioneer and an LMS2xx."""
     return Base(
@@ -57,6 +59,7 @@ def base_on(
         watcher,
         inlet,
         prepare=prepare,
+        ear=ear,
     )
 
 

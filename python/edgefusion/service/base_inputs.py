@@ -39,9 +39,9 @@ class Outputs:
     """command: in what the wire carries; session: of the robot's report that it rests on, None without one.
 
     enable_motors: in one step, after a resume that finds them off. pose: in `odom` at stamp_ns, None until the robot
-    has reported; until then the mission says its state alone. scan: the newest as if of one instant, in the step where
-    it came. healths: of all components. robot: its newest report. paused: whether an operator drives. way_m [k, 2]: the
-    way ahead in `odom`, in some steps a second; None in the others.
+    has reported; until then the mission says its state alone. scan: the newest that may be driven by, in the step
+    where it came. healths: of all components. robot: its newest report. paused: whether an operator drives.
+    way_m [k, 2]: the way ahead in `odom`, in some steps a second; None in the others.
     """
 
     stamp_ns: int

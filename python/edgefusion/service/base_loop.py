@@ -17,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 from edgefusion.config import Config
-from edgefusion.drivers.lms2xx_deskew import deskewed
 from edgefusion.errors import RefusedError
 from edgefusion.navigation.law import as_carried
 from edgefusion.navigation.mission import Mission
@@ -47,7 +46,6 @@ class BaseLoop:
         self._mission = Mission(config.mission, self._navigator)
         self._gate = SafetyGate(self._safety, config.base)
         self._poses = PoseTrack(round(self._safety.max_odometry_age_s * 1e9))
-        self._T_base_laser = Pose2D(*config.base.laser_pose).matrix()
         self._low_battery_v, self._battery_v = config.robot.low_battery_v, math.inf
         self._robot, self._laser = FailureWatch(), FailureWatch()
         self._healths: Tuple[Health, ...] = ()
@@ -125,7 +123,7 @@ class BaseLoop:
             pose,
             mission,
             decision,
-            self._scan_of_one_instant(scan),
+            self._new(scan),
             self._healths,
             None if report is None else report.state,
             inputs.twist is not None,
@@ -178,14 +176,11 @@ class BaseLoop:
         wanted, self._motors_wanted = self._motors_wanted, False
         return wanted and inputs.robot.newest is not None and not inputs.robot.newest.state.motors_enabled
 
-    def _scan_of_one_instant(self, scan: Scan | None) -> Scan | None:
+    def _new(self, scan: Scan | None) -> Scan | None:
         if scan is None or scan.stamp_ns == self._scan_ns:
             return None
         self._scan_ns = scan.stamp_ns
-        try:
-            return deskewed(scan, self._poses, self._T_base_laser)
-        except RefusedError:  # of a time when nobody knows where the robot was
-            return None
+        return scan
 
     def _way_m(self, now_ns: int, mission: MissionStep) -> npt.NDArray[np.float64] | None:
         if self.pose is None or now_ns - self._way_ns < self._way_every_ns:

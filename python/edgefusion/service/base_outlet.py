@@ -13,6 +13,7 @@ from edgefusion.bus.publisher import Publisher
 from edgefusion.bus.tags import Tagger
 from edgefusion.bus.topics import Topic
 from edgefusion.config import BusConfig
+from edgefusion.messages.frames import LASER
 from edgefusion.messages.from_battery import from_battery
 from edgefusion.messages.from_healths import from_healths
 from edgefusion.messages.from_mission import from_mission
@@ -25,8 +26,9 @@ from edgefusion.messages.transform import FrameTransform, robot_transform
 from edgefusion.service.base_inputs import Outputs
 from edgefusion.service.base_inspections import InspectionOutlet
 from edgefusion.service.base_reports import COMPONENT, base_health, mission_report, way_poses
+from edgefusion.service.instant_scans import InstantScans
 from edgefusion.service.on_change import OnChange
-from edgefusion.types import Health
+from edgefusion.types import Health, Scan
 
 STATIC_HZ = 1.0
 
@@ -59,6 +61,8 @@ class BaseOutlet:
         self._tf_static = publisher(topics.TF_STATIC, STATIC_HZ)
         self._battery, self._diagnostics = publisher(topics.BATTERY, config.state_hz), publisher(topics.DIAGNOSTICS)
         self._inspections = InspectionOutlet(publisher, stamper)
+        (T_base_laser,) = (each.T_parent_child for each in mounting if each.child == LASER)
+        self._scans = InstantScans(T_base_laser)
         period_ns = round(1e9 / config.state_hz)
         self._mission_change, self._health_change = OnChange(period_ns), OnChange(period_ns)
         self._state_ns = 0
@@ -66,10 +70,16 @@ class BaseOutlet:
     def tell(self, outputs: Outputs) -> None:
         """Publishes what is due of a step, the steps in their order."""
         self._tell_place(outputs)
-        self._tell_scan(outputs)
         self._tell_mission(outputs)
         self._tell_healths(outputs)
         self._inspections.tell(outputs)
+
+    def tell_scan(self, scan: Scan) -> None:
+        """Publishes a scan: at once, since who pairs frames with scans waits for them."""
+        if self._scan.wanted(scan.stamp_ns):
+            told = self._scans.of(scan)
+            if told is not None:
+                self._scan.put(from_scan(told, self._stamper), told.stamp_ns)
 
     def _tell_place(self, outputs: Outputs) -> None:
         """Where the robot is by its newest report, whose stamp that is."""
@@ -79,17 +89,13 @@ class BaseOutlet:
         if state is None or state.stamp_ns == self._state_ns:
             return
         self._state_ns = stamp_ns = state.stamp_ns
+        self._scans.reported(state)
         if self._odom.wanted(now_ns):
             self._odom.put(from_odometry(stamp_ns, state.odometry, state.twist, self._stamper), stamp_ns)
         if self._tf.wanted(now_ns):
             self._tf.put(from_transforms(stamp_ns, [robot_transform(state.odometry)], self._stamper), stamp_ns)
         if self._battery.wanted(now_ns):
             self._battery.put(from_battery(stamp_ns, state.battery_v, self._stamper, state.charging), stamp_ns)
-
-    def _tell_scan(self, outputs: Outputs) -> None:
-        scan = outputs.scan
-        if scan is not None and self._scan.wanted(outputs.stamp_ns):
-            self._scan.put(from_scan(scan, self._stamper), scan.stamp_ns)
 
     def _tell_mission(self, outputs: Outputs) -> None:
         now_ns, way_m = outputs.stamp_ns, outputs.way_m

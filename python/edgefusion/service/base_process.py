@@ -42,7 +42,7 @@ class BaseProcess:
         loop = loop_of(config)
         self._helm = Helm(loop, _arbiter(config.bus))
         self._real_time = RealTime()
-        self._base = base_on(config, self._lines, loop, self._watch, self._inlet, self._real_time)
+        self._base = base_on(config, self._lines, loop, self._watch, self._inlet, self._real_time, self._hear)
         stamper = Stamper(self._utc_offset_ns)
         self._bus = BaseBus(config.bus, _mounting(config), stamper, self._helm, self._base, self._figures)
         self._keeper: Teller[InspectionResult] = Teller("keeping inspections", self._keep)
@@ -68,6 +68,9 @@ class BaseProcess:
         self._beat()
         vision: FromVision = self._bus.take(now_ns)
         return Inputs(robot, laser, *vision, self._beats.others(), self._helm.twist(now_ns))
+
+    def _hear(self, scan: Scan) -> None:
+        self._bus.tell(scan)
 
     def _watch(self, outputs: Outputs) -> None:
         self._bus.tell(outputs)

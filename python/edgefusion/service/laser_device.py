@@ -22,11 +22,20 @@ class LaserDriver(Protocol):
     def close(self) -> None: ...
 
 
-class LaserDevice:
-    """All of it is the thread's. moving: whether the robot's wheels turn: then no two scans are the same."""
+def nobody(_: Scan) -> None:
+    """Hears of it."""
 
-    def __init__(self, driver: LaserDriver, moving: Callable[[], bool]) -> None:
-        self._driver, self._moving = driver, moving
+
+class LaserDevice:
+    """All of it is the thread's. moving: whether the robot's wheels turn: then no two scans are the same.
+
+    hear: is told of every scan at once, in the thread; it must not wait for anything.
+    """
+
+    def __init__(
+        self, driver: LaserDriver, moving: Callable[[], bool], hear: Callable[[Scan], object] = nobody
+    ) -> None:
+        self._driver, self._moving, self._hear = driver, moving, hear
 
     @property
     def health(self) -> Health:
@@ -36,7 +45,10 @@ class LaserDevice:
         self._driver.start()
 
     def poll(self) -> Sequence[Scan]:
-        return self._driver.read(self._moving())
+        scans = self._driver.read(self._moving())
+        for scan in scans:
+            self._hear(scan)
+        return scans
 
     def close(self) -> None:
         self._driver.close()

@@ -14,7 +14,7 @@ from edgefusion.waiting import Wake, join
 T = TypeVar("T")
 
 MOST_WAITING = 64
-"""Of a loop at 20 Hz that is three seconds; then the oldest are lost."""
+"""Of a loop at 20 Hz and a laser at 37.5 Hz that is a second; then the oldest are lost."""
 
 TURN_S = 0.5
 
@@ -35,7 +35,7 @@ class Teller(Generic[T]):
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def __call__(self, what: T) -> None:
-        """From one other thread; never waits."""
+        """From any thread; never waits."""
         self.lost += len(self._waiting) == MOST_WAITING
         self._waiting.append(what)
         self._wake()
