@@ -182,32 +182,3 @@ def test_a_router_that_is_killed_costs_the_base_nothing_and_it_is_back_on_the_ne
     report = next(again.missions(30.0))
     assert report.goal_id
     assert report.state in ("driving", "arrived")
-
-
-def test_an_operator_who_is_required_and_halted_stops_the_robot(tmp_path) -> None:
-    with BusRobot(tmp_path, "require_operator = true") as it:
-        robot = it.start("bus", "base").connect()
-        with robot.attend():
-            wait_for(lambda: it.moving() or _sets_off(it, robot))
-        assert it.stopped_after_s(time.monotonic_ns()) < 3.0  # 0.5 s and a cycle on a machine with nothing else to do
-        wait_for(lambda: robot.status.mission.reason == "no heartbeat of an operator for 0.5 s")
-        with pytest.raises(RefusedError, match="no heartbeat"):
-            robot.resume()
-
-
-def _sets_off(it, robot) -> bool:
-    """Once more where a machine that is too busy had the goal given up."""
-    mission = robot.status.mission
-    if mission is None or mission.state in ("idle", "stopped"):
-        _resumed(robot)
-        with suppress(RefusedError, ConnectionError):
-            robot.goto(3.0, 0.0)
-    return it.moving()
-
-
-def _resumed(robot) -> bool:
-    try:
-        robot.resume()
-    except (RefusedError, ConnectionError):
-        return False
-    return True

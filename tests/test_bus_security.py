@@ -17,7 +17,6 @@ import zenoh
 
 import edgefusion
 from bus_lab import QUIET_S, Lab, Sink, free_port, make_keys, until
-from bus_sockets import listening
 from edgefusion.bus.freshness import CommandLimits, Freshness
 from edgefusion.bus.liveliness import Alive, declare_alive
 from edgefusion.bus.publisher import Publisher
@@ -29,6 +28,7 @@ from edgefusion.bus.tags import Tagger
 from edgefusion.bus.topics import COMMANDS, GOTO, QUERIES, RESUME, SCAN, STOP, TOPICS
 from edgefusion.config.bus import BusConfig
 from edgefusion.errors import RefusedError
+from edgefusion.tools.doctor_sockets import own_sockets
 
 LIMITS = CommandLimits(4096, 1000, burst=1000)
 
@@ -119,6 +119,26 @@ def test_nobody_else_answers_in_the_robots_place(lab: Lab) -> None:
     assert not caught
 
 
+def test_a_stop_right_after_anything_else_is_never_lost(keys: Path) -> None:
+    """Sent at once and once: what the router drops for coming too fast is not sent again here."""
+    with ExitStack() as stack:
+        lab = Lab(stack, keys, max_command_hz=1.0)
+        lab.router()
+        robot, operator, tagger, asked = lab.member(), lab.client("operator"), Tagger(), []
+        services = [
+            Service(robot, f"robot/{name}", kind, asked.append, Freshness(LIMITS))
+            for name, kind in ((GOTO, GotoRequest), (STOP, StopRequest))
+        ]
+        ask(operator, "robot/stop", StopRequest(), Tagger())
+        for _ in range(50):
+            operator.put("robot/cmd_vel", b"x")
+            for name, payload in ((GOTO, b'{"goals":[{"x_m":1,"y_m":2}]}'), (STOP, b"{}")):
+                answers = operator.get(f"robot/{name}", payload=payload, attachment=tagger.command(5000), timeout=5.0)
+            assert list(answers)  # the stop's
+        assert len([each for each in asked if isinstance(each, StopRequest)]) == 51
+        assert services[1].freshness.counts == {}
+
+
 def test_viewers_see_who_is_alive_and_cannot_pretend_to_be(lab: Lab) -> None:
     viewer = lab.client("viewer")
     alive = Alive(viewer, "robot")
@@ -185,11 +205,13 @@ def test_a_client_speaks_in_clear_text_to_its_own_computer_alone(keys: Path) -> 
 
 def test_z9_by_default_the_router_listens_on_loopback_and_nowhere_else() -> None:
     with ExitStack() as stack:
-        before = listening()
+        before = own_sockets()
         lab = Lab(stack)
         lab.router(), lab.member(), lab.client()
         port = int(lab.tcp.rsplit(":", 1)[1])
-        assert listening() - before == {("tcp", "127.0.0.1", port)}
+        opened = [each for each in own_sockets() if each not in before]
+        assert {each.port for each in opened if each.listens} == {port}
+        assert all(each.protocol == "tcp" and each.is_loopback for each in opened)
 
 
 def test_what_is_larger_than_any_command_ends_at_the_router(lab: Lab) -> None:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Which sockets this process has open to the outside, as the kernel says."""
+"""Which sockets a process has open to the outside, as the kernel says."""
 
 from __future__ import annotations
 
@@ -35,12 +35,17 @@ class Socket:
 
 def own_sockets(proc: Path = PROC) -> List[Socket]:
     """All of TCP and UDP that this process has open."""
-    inodes = set(_inodes(proc))
-    return [_socket(table, words) for table in _TABLES for words in _rows(proc, table) if words[9] in inodes]
+    return sockets_of(proc / "self")
 
 
-def _inodes(proc: Path) -> Iterator[str]:
-    for each in (proc / "self/fd").iterdir():
+def sockets_of(process: Path) -> List[Socket]:
+    """All of TCP and UDP that a process of the same user has open. process: its folder in /proc."""
+    inodes = set(_inodes(process))
+    return [_socket(table, words) for table in _TABLES for words in _rows(process, table) if words[9] in inodes]
+
+
+def _inodes(process: Path) -> Iterator[str]:
+    for each in (process / "fd").iterdir():
         try:
             target = os.readlink(each)
         except OSError:  # closed meanwhile, as the folder's own
@@ -49,9 +54,9 @@ def _inodes(proc: Path) -> Iterator[str]:
             yield target[len("socket:[") : -1]
 
 
-def _rows(proc: Path, table: str) -> List[List[str]]:
+def _rows(process: Path, table: str) -> List[List[str]]:
     try:
-        lines = (proc / "self/net" / table).read_text().splitlines()
+        lines = (process / "net" / table).read_text().splitlines()
     except OSError:  # a kernel without IPv6
         return []
     return [line.split() for line in lines[1:]]
