@@ -88,6 +88,8 @@ class Subscriber:
     def undeclare(self) -> None:
         """Nothing comes any more."""
         self._subscriber.undeclare()
+        with self._lock:
+            self._waited = None  # its handles are few, and the garbage collector comes late
 
     def _take_in(self, sample: zenoh.Sample) -> None:
         received_ns = self._clock()
