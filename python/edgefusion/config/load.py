@@ -42,7 +42,10 @@ def load(path: Path, kind: Type[T]) -> Loaded[T]:
     """Files that it names are relative to its folder. Raises ConfigError, RefusedError where it is no TOML."""
     text = read_text(path)
     content = parse_toml(text, path)
-    found, lines = problems(content, kind), key_lines(text)
+    try:
+        found, lines = problems(content, kind), key_lines(text)
+    except RecursionError:
+        raise RefusedError(f"{path}: expected sections and keys, got tables within tables without end") from None
     if found:
         at = [(line_of(problem, lines), problem) for problem in found]
         at.sort(key=lambda each: each[0] or 0)

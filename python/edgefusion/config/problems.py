@@ -7,7 +7,7 @@ from __future__ import annotations
 import difflib
 import re
 from dataclasses import dataclass
-from typing import Any, Dict, List, Mapping, Tuple, Type
+from typing import Any, Dict, Iterator, List, Mapping, Tuple, Type
 
 import msgspec
 
@@ -15,6 +15,9 @@ from edgefusion.config.documentation import Path, is_section
 from edgefusion.config.words import in_words, toml_value
 
 _LONGEST = 60
+_BARE = re.compile(r"[A-Za-z0-9_-]{1,60}")
+_CONTROLS = re.compile(r"[\x00-\x1f\x7f]")
+"""No name of anything has them, and they would go into logs and terminals."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class Problem:
     named: Tuple[Path, ...] = ()
 
     def __str__(self) -> str:
-        return f"{'.'.join(self.path)}: {self.reason}" if self.path else self.reason
+        return f"{'.'.join(map(_name, self.path))}: {self.reason}" if self.path else self.reason
 
 
 def problems(content: Any, kind: Type[msgspec.Struct], path: Path = ()) -> List[Problem]:
@@ -55,7 +58,17 @@ def _of_key(value: Any, kind: Any, path: Path) -> List[Problem]:
         msgspec.convert(value, kind)
     except (msgspec.ValidationError, OverflowError, RecursionError):
         return [Problem(path, f"expected {in_words(kind)}, got {_shown(value)}")]
+    if any(_CONTROLS.search(text) for text in _texts(value)):
+        return [Problem(path, f"expected no control characters, got {_shown(value)}")]
     return []
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, list):
+        for each in value:
+            yield from _texts(each)
 
 
 def _together(content: Dict[str, Any], kind: Type[msgspec.Struct], path: Path) -> List[Problem]:
@@ -78,6 +91,11 @@ def _is_in(content: Any, path: Path) -> bool:
 def _unknown(name: str, fields: Mapping[str, Any]) -> str:
     near = difflib.get_close_matches(name, fields, 1)
     return "unknown key" + (f", did you mean {near[0]}?" if near else "")
+
+
+def _name(key: str) -> str:
+    """As TOML writes it: it may hold anything."""
+    return key if _BARE.fullmatch(key) else _shown(key)
 
 
 def _shown(value: Any) -> str:

@@ -38,15 +38,19 @@ def _words(kind: types.Type) -> str:
     if isinstance(kind, types.TupleType):
         return f"a list of {len(kind.item_types)} {_many(kind.item_types[0])}"
     if isinstance(kind, types.StrType):
-        return f"text like {kind.pattern}" if kind.pattern else f"text{_length(kind.max_length)}"
+        return f"text like {kind.pattern}" if kind.pattern else f"text{_length(kind.min_length or 0, kind.max_length)}"
     return {types.BoolType: "true or false", types.StructType: "a table"}[type(kind)]
 
 
 def _limits(kind: Union[types.IntType, types.FloatType]) -> str:
     if kind.ge is not None and kind.le is not None:
-        return f" from {kind.ge:g} to {kind.le:g}"
-    bounds = [f"{name} {getattr(kind, bound):g}" for bound, name in _BOUNDS if getattr(kind, bound) is not None]
+        return f" from {_number(kind.ge)} to {_number(kind.le)}"
+    bounds = [f"{name} {_number(getattr(kind, bound))}" for bound, name in _BOUNDS if getattr(kind, bound) is not None]
     return " " + ", ".join(bounds) if bounds else ""
+
+
+def _number(value: Union[int, float]) -> str:
+    return str(value) if isinstance(value, int) else f"{value:g}"
 
 
 def _either(choices: List[str]) -> str:
@@ -60,8 +64,10 @@ def _count(least: Optional[int], most: Optional[int]) -> str:
     return f"{least or 0} to {most} "
 
 
-def _length(most: Optional[int]) -> str:
-    return "" if most is None else f" of at most {most} characters"
+def _length(least: int, most: Optional[int]) -> str:
+    if most is None:
+        return f" of {least} or more characters" if least else ""
+    return f" of {least} to {most} characters" if least else f" of at most {most} characters"
 
 
 def _many(kind: types.Type) -> str:
