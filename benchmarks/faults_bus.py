@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Faults of the bus, in real time between processes: what they cost the robot's end of it, Z1 to Z3 and Z5 to Z8."""
+"""Faults of the bus, in real time between processes: what they cost the robot's end of it, Z1 to Z3 and Z5 to Z9."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 from benchmarks.fault_row import FaultRow
 from benchmarks.faults_bus_hostile import hostile
 from benchmarks.faults_bus_rig import BusRig, resident_bytes, wait_for
+from benchmarks.faults_bus_sockets import open_to_the_network
 
 from edgefusion.bus.arbiter import Arbiter, Driver
 from edgefusion.bus.freshness import CommandLimits, Freshness
@@ -50,6 +51,7 @@ def rows(seeds: int, tick: Callable[[], object] = lambda: None) -> List[FaultRow
         *hostile(seeds, tick),
         *_flood(tick),
         *_slow_watchers(tick),
+        open_to_the_network(tick),
     ]
 
 

@@ -43,7 +43,7 @@ class BusRig:
         self._max_command_hz = max_command_hz
         self._folder = tempfile.TemporaryDirectory()
         self.keys = Path(self._folder.name)
-        self.tcp, self.tls = f"tcp/127.0.0.1:{_free_port()}", f"tls/localhost:{_free_port()}"
+        self.tcp, self.tls = f"tcp/127.0.0.1:{free_port()}", f"tls/localhost:{free_port()}"
         self._processes: List[subprocess.Popen[str]] = []
         self._sessions: List[zenoh.Session] = []
 
@@ -83,7 +83,7 @@ class BusRig:
         return process
 
 
-def _free_port() -> int:
+def free_port() -> int:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         port: int = taken.getsockname()[1]
