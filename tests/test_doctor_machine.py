@@ -108,3 +108,31 @@ def test_a_folder_for_locks_that_cannot_be_written_is_a_failure(
     (finding,) = check_permissions(exam, user_id=1000)
     assert told([finding]) == ["failed permissions"]
     assert str(tmp_path) in finding.text
+
+
+@pytest.mark.parametrize("folder", ["kept", "kept/of/today"])
+def test_a_folder_for_inspections_that_can_be_made_is_no_matter(tmp_path: Path, folder: str) -> None:
+    exam = examination(tmp_path, mission={"inspections": str(tmp_path / folder)})
+    assert told(list(check_permissions(exam, user_id=1000))) == ["ok permissions"]
+    assert not (tmp_path / folder).exists()
+
+
+def test_a_folder_for_inspections_that_base_cannot_write_is_a_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a file").touch()
+    exam = examination(tmp_path, mission={"inspections": str(tmp_path / "a file/kept")})
+    (finding,) = check_permissions(exam, user_id=1000)
+    assert told([finding]) == ["failed permissions"]
+    assert f"{tmp_path}/a file/kept: expected a folder for inspections" in finding.text
+    (tmp_path / "locked").mkdir()
+    monkeypatch.setattr(os, "access", lambda path, _: Path(path).name != "locked")
+    exam = examination(tmp_path, mission={"inspections": str(tmp_path / "locked/kept")})
+    assert told(list(check_permissions(exam, user_id=1000))) == ["failed permissions"]
+
+
+def test_the_disk_with_inspections_is_looked_at_too(tmp_path: Path) -> None:
+    looked: list[Path] = []
+    exam = examination(tmp_path, mission={"inspections": "/dev/shm/kept"})
+    list(check_disk(exam, lambda path: looked.append(path) or 10**10))
+    assert Path("/dev/shm").stat().st_dev in {path.stat().st_dev for path in looked}

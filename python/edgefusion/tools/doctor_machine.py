@@ -62,10 +62,10 @@ def _date(ns: int) -> str:
 
 
 def check_disk(exam: Examination, free_bytes: Callable[[Path], int] | None = None) -> Iterator[Finding]:
-    """Of the disks with the configuration, the current folder and temporary files."""
+    """Of the disks with the configuration, the current folder, temporary files and pictures of inspections."""
     free = free_bytes or (lambda path: shutil.disk_usage(path).free)
     folders: Dict[int, Path] = {}
-    for path in (exam.path.resolve().parent, Path.cwd(), Path(tempfile.gettempdir())):
+    for path in (exam.path.resolve().parent, Path.cwd(), Path(tempfile.gettempdir()), *_inspections(exam)):
         folders.setdefault(path.stat().st_dev, path)
     for path in folders.values():
         left = free(path)
@@ -79,8 +79,8 @@ def check_disk(exam: Examination, free_bytes: Callable[[Path], int] | None = Non
 
 
 def check_permissions(exam: Examination, user_id: int | None = None) -> Iterator[Finding]:
-    """Who may change the configuration, read what is secret in it, and lock the ports."""
-    found = [*_of_configuration(exam), *_of_locks(exam)]
+    """Who may change the configuration, read what is secret in it, lock the ports, and keep inspections."""
+    found = [*_of_configuration(exam), *_of_locks(exam), *_of_inspections(exam)]
     if (os.geteuid() if user_id is None else user_id) == 0:
         cure = "run this as the user of the service: `sudo -u USER edgefusion doctor ...`"
         found.append(Finding("permissions", State.WARNING, "root may everything: this says nothing of others", cure))
@@ -103,3 +103,19 @@ def _of_locks(exam: Examination) -> Iterator[Finding]:
     if not os.access(folder, os.W_OK | os.X_OK):
         text = f"{folder}: expected a folder for the ports' locks, which this user may write"
         yield Finding("permissions", State.FAILED, text, f"`sudo chmod 1777 {folder}`, or set TMPDIR")
+
+
+def _of_inspections(exam: Examination) -> Iterator[Finding]:
+    for place in _inspections(exam):
+        if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
+            text = f"{exam.config.mission.inspections}: expected a folder for inspections, which this user may write"
+            yield Finding(
+                "permissions", State.FAILED, text, "make it, and let this user have it; or set [mission] inspections"
+            )
+
+
+def _inspections(exam: Examination) -> Iterator[Path]:
+    """Where base keeps them, as far as that is there already."""
+    folder = exam.config.mission.inspections
+    if folder is not None and exam.runs("base"):
+        yield next(path for path in (Path(folder).absolute(), *Path(folder).absolute().parents) if path.exists())
