@@ -40,6 +40,7 @@ class VisionState:
         self._scan_ns = self._since_ns = start_ns
         self._tolerance_s = tolerance_s
         self._looks: Deque[Look] = deque(maxlen=_KEPT)
+        self._figures: Mapping[str, str] | None = {}  # None: to be worked out anew
 
     def scanned(self, now_ns: int) -> None:
         """A scan came."""
@@ -51,6 +52,7 @@ class VisionState:
         """The detector has looked."""
         self._scan_ns = self._since_ns = look.ended_ns
         self._looks.append(look)
+        self._figures = None
 
     def health(self, now_ns: int, so: Circumstances) -> Health:
         """With the reason by which somebody can help."""
@@ -79,6 +81,7 @@ class VisionState:
         """For scans and frames that meet; before, none could."""
         self._since_ns = now_ns
         self._looks.clear()
+        self._figures = {}
 
     def _no_scans(self, now_ns: int, so: Circumstances) -> str:
         if so.refused:
@@ -87,9 +90,12 @@ class VisionState:
 
     def figures(self) -> Mapping[str, str]:
         """Medians of the newest looks, each with its unit."""
+        if self._figures is None:
+            self._figures = self._medians()
+        return self._figures
+
+    def _medians(self) -> Mapping[str, str]:
         looks = tuple(self._looks)
-        if not looks:
-            return {}
         stages = ("cluster", "crop", "infer", "vote")
         figures: Dict[str, str] = {
             f"{stage} [ms]": _median_ms([getattr(look.times, f"{stage}_ns") for look in looks]) for stage in stages
