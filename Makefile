@@ -8,7 +8,7 @@ SOURCES := pyproject.toml CMakeLists.txt $(wildcard cmake/*) $(shell find cpp -n
 CXX_BUILD := build/cpp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench bench-core fuzz faults lint format sanitize clean
+.PHONY: help demo test bench bench-core fuzz faults soak lint format sanitize clean
 
 help: ## list the targets
 	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -30,6 +30,9 @@ faults: $(VENV)/.bench ## inject faults into the devices and time what happens, 
 
 fuzz: $(VENV)/.edgefusion ## the readers of both wire protocols on streams that no device sends (MINUTES=10)
 	@$(BIN)/python -m benchmarks.fuzz --minutes $(or $(MINUTES),10) $(ARGS)
+
+soak: $(VENV)/.bench ## drive on while something goes wrong every minute: memory, stops, contacts (MINUTES=30)
+	@$(BIN)/python -m benchmarks.soak --minutes $(or $(MINUTES),30) $(ARGS)
 
 lint: $(VENV)/.lint ## ruff, clang-format and mypy
 	@$(BIN)/ruff check .
