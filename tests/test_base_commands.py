@@ -153,7 +153,7 @@ def test_what_cannot_be_done_is_refused_with_the_reason(robot) -> None:
 
 
 def test_who_interrupts_goto_stops_the_robot_and_it_has_no_goal_any_more(it, robot) -> None:
-    command = [sys.executable, "-m", "edgefusion.cli", "goto", "-1", "0", "--connect", it.endpoint]
+    command = [sys.executable, "-m", "edgefusion.cli", "goto", "0.6", "0", "--relative", "--connect", it.endpoint]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             wait_for(lambda: it.moving(0.1))

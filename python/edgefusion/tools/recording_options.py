@@ -8,6 +8,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from edgefusion.errors import RefusedError
+
 if TYPE_CHECKING:
     from edgefusion.recording.recording import Recording
     from edgefusion.recording.topic_choice import TopicNames
@@ -26,10 +28,13 @@ def add_recording(parser: argparse.ArgumentParser) -> None:
 
 
 def open_asked(args: argparse.Namespace) -> Recording:
-    """The recording. Raises RefusedError."""
+    """The recording, for a detector. Raises RefusedError, also for one without images."""
     from edgefusion.recording.recording import open_recording
 
-    return open_recording(args.recording, topic_names(args))
+    recording = open_recording(args.recording, topic_names(args))
+    if not recording.frames:
+        raise RefusedError(f"{args.recording}: has no images, and what is only in the laser's scans has no name")
+    return recording
 
 
 def topic_names(args: argparse.Namespace) -> TopicNames:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import socket
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Iterator, Optional
@@ -49,8 +50,10 @@ def _serve(recording: rr.RecordingStream, web_port: int, data_port: int) -> None
     address = recording.serve_grpc(grpc_port=data_port, default_blueprint=layout(), server_memory_limit="25%")
     rr.serve_web_viewer(web_port=web_port, open_browser=False)
     print(page_of(address, web_port), flush=True)
+    elsewhere = page_of(address.replace("127.0.0.1", socket.gethostname()), web_port, socket.gethostname())
+    print(f"from another computer: {elsewhere}", flush=True)
 
 
-def page_of(address: str, web_port: int) -> str:
-    """What to open in a browser on this computer for the data at an address."""
-    return f"http://localhost:{web_port}/?url={quote(address, safe='')}"
+def page_of(address: str, web_port: int, host: str = "localhost") -> str:
+    """What to open in a browser for the data at an address. host: this computer, as the browser's knows it."""
+    return f"http://{host}:{web_port}/?url={quote(address, safe='')}"
