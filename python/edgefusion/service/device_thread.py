@@ -150,11 +150,15 @@ class DeviceThread(Generic[T]):
         return Health(self._name, HealthState.FAILED, reason)
 
     def _close(self) -> None:
+        """Once more where that fails: what it says last, as to stop, may not have been said yet."""
         self._ending.close()
-        try:
-            self._device.close()
-        except Exception as error:
-            self._broke(error)
+        for _ in range(2):
+            try:
+                self._device.close()
+            except Exception as error:
+                self._broke(error)
+            else:
+                return
 
     def _tell(self, news: DeviceNews[T]) -> None:
         before = self._news.health
