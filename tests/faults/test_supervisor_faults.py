@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edgefusion.config import BaseConfig, Config, PioneerConfig, VisionConfig
+from edgefusion.config import BaseConfig, Config, PioneerConfig, SafetyConfig, VisionConfig
 from edgefusion.drivers.link import Link
 from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.drivers.sip_command import Command, command
+from edgefusion.navigation.safety import Action, judge_health
 from edgefusion.service.children import children_of
 from edgefusion.service.last_stop import RobotLine, stop_robot
 from edgefusion.service.supervision_actions import Send
@@ -101,3 +102,15 @@ def test_i5_vision_that_crashes_is_back_within_5_s_until_it_did_so_five_times_in
         assert ("vision" in made.up) == (in_a_minute < 5)
     assert {made.health(name).state for name in ("bus", "base")} == {HealthState.OK}
     assert len(made.starts("base")) == len(made.starts("bus")) == 1
+
+
+@pytest.mark.parametrize("code", [-signal.SIGSEGV, -signal.SIGKILL])
+def test_i5_base_hears_of_vision_that_was_given_up_says_so_and_drives_on(code: int) -> None:
+    made, safety = Supervised(*DEFAULTS), SafetyConfig(required=())
+    for _ in range(5):
+        made.run(5)
+        made.die("vision", code)
+    made.run(60)
+    (finding,) = judge_health(made.supervision.healths(), safety)
+    assert finding.reason.startswith("vision: given up after 5 failures: killed by SIG")
+    assert finding.action is Action.RUN
