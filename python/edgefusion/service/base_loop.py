@@ -10,7 +10,7 @@ refused for as long as the robot is not well.
 from __future__ import annotations
 
 import math
-from typing import Sequence, Tuple
+from typing import Sequence
 
 import msgspec
 import numpy as np
@@ -22,13 +22,12 @@ from edgefusion.navigation.law import as_carried
 from edgefusion.navigation.mission import Mission
 from edgefusion.navigation.mission_step import MissionState, MissionStep
 from edgefusion.navigation.navigator import Navigator
-from edgefusion.navigation.safety import Action, SafetyGate, Stamps, judge_health
+from edgefusion.navigation.safety import SafetyGate, Stamps
 from edgefusion.service.base_inputs import Inputs, Outputs
-from edgefusion.service.failure_watch import FailureWatch, first_failure
+from edgefusion.service.base_readiness import Readiness
+from edgefusion.service.base_stops import Stops
 from edgefusion.service.pose_track import PoseTrack
-from edgefusion.types import Goal, Health, Pose2D, Scan, Twist2D
-
-_UNDER_WAY = (MissionState.DRIVING, MissionState.INSPECTING)
+from edgefusion.types import Goal, Pose2D, Scan, Twist2D
 
 WAY_M = 10.0
 """So much of the way ahead is told."""
@@ -40,19 +39,16 @@ class BaseLoop:
 
     def __init__(self, config: Config, scan_age_limit_s: float = math.inf) -> None:
         limit_s = min(config.safety.max_scan_age_s, config.navigation.max_scan_age_s, scan_age_limit_s)
-        self._safety = msgspec.structs.replace(config.safety, max_scan_age_s=limit_s)
+        safety = msgspec.structs.replace(config.safety, max_scan_age_s=limit_s)
         navigation = msgspec.structs.replace(config.navigation, max_scan_age_s=limit_s)
         self._navigator = Navigator(navigation, config.base)
         self._mission = Mission(config.mission, self._navigator)
-        self._gate = SafetyGate(self._safety, config.base)
-        self._poses = PoseTrack(round(self._safety.max_odometry_age_s * 1e9))
-        self._low_battery_v, self._battery_v = config.robot.low_battery_v, math.inf
-        self._robot, self._laser = FailureWatch(), FailureWatch()
-        self._healths: Tuple[Health, ...] = ()
+        self._gate = SafetyGate(safety, config.base)
+        self._stops = Stops(self._mission, self._gate)
+        self._ready = Readiness(safety, config.robot.low_battery_v)
+        self._poses = PoseTrack(round(safety.max_odometry_age_s * 1e9))
         self._scan_ns: int | None = None  # of the newest that was handed out
         self._sent = Twist2D()
-        self._held = False  # since the robot failed, and not by an operator
-        self._paused = False  # since somebody else drives
         self._motors_wanted = False
         self._way_every_ns, self._way_ns = round(1e9 / config.bus.state_hz), 0
         self.pose: Pose2D | None = None
@@ -63,12 +59,12 @@ class BaseLoop:
 
         Raises RefusedError, and changes nothing, while the robot may not be driven, and as Mission.goto.
         """
-        refusal = self._refusal()
+        refusal = self._ready.refusal(self.pose)
         if refusal:
             raise RefusedError(f"goal: refused: {refusal}")
         self._mission.goto(goals)
-        if self._held:
-            self._leave()
+        if self._stops.held:
+            self._stops.leave()
 
     def cancel(self) -> None:
         """Give up the goals that are left, and stand."""
@@ -76,18 +72,11 @@ class BaseLoop:
 
     def stop(self, reason: str) -> None:
         """Stand still, whatever is under way, until `resume`. Raises RefusedError for no reason."""
-        if self._paused and reason:
-            self._mission.resume()  # so that its reason is the worse one
-        self._paused = False
-        self._mission.stop(reason)
-        self._gate.stop(reason)
-        self._held = False
+        self._stops.stop(reason)
 
     def pause(self, reason: str) -> None:
         """The mission stands until `resume`: somebody else drives. An inspection ends as by a stop."""
-        if self._mission.state is not MissionState.STOPPED:
-            self._mission.stop(reason)
-            self._paused = True
+        self._stops.pause(reason)
 
     def inspect(self, interest: Sequence[str]) -> None:
         """What to inspect from now on, labels or groups; none: nothing."""
@@ -98,12 +87,15 @@ class BaseLoop:
 
         What still is not well stops it again. Raises RefusedError where nothing was stopped.
         """
-        self._leave()
+        self._stops.leave()
         self._motors_wanted = True
 
     def step(self, now_ns: int, inputs: Inputs) -> Outputs:
         """One cycle. Raises RefusedError for a time that is not after the last step's."""
-        scan = self._looked_at(inputs)
+        self._ready.look(inputs)
+        if self._ready.failure:
+            self._stops.hold(self._ready.failure)
+        scan = self._ready.scan
         pose = self.pose = self._pose(now_ns, inputs)
         mission = self._mission_step(now_ns, scan, pose, inputs)
         report = inputs.robot.newest
@@ -113,7 +105,7 @@ class BaseLoop:
             inputs.detections_ns,
             now_ns,
         )
-        decision = self._gate.step(now_ns, self._healths, stamps, _wanted(mission, inputs))
+        decision = self._gate.step(now_ns, self._ready.healths, stamps, _wanted(mission, inputs))
         self._sent = as_carried(decision.twist)  # slowing gives fractions
         return Outputs(
             now_ns,
@@ -124,43 +116,16 @@ class BaseLoop:
             mission,
             decision,
             self._new(scan),
-            self._healths,
+            self._ready.healths,
             None if report is None else report.state,
             inputs.twist is not None,
             self._way_m(now_ns, mission),
         )
 
-    def _leave(self) -> None:
-        """The stop, whether it is the mission's and the gate's or the gate's alone."""
-        if self._mission.state is MissionState.STOPPED or not self._held:
-            self._mission.resume()
-        self._gate.resume()
-        self._held = self._paused = False
-
-    def _looked_at(self, inputs: Inputs) -> Scan | None:
-        """Judges the devices, and gives the scan that may be driven by: none of a laser that is not well, or was not
-        since the last step."""
-        robot, laser = self._robot.look(inputs.robot), self._laser.look(inputs.laser)
-        self._healths = (*robot, *laser, *inputs.healths)
-        failure = first_failure(robot)
-        if failure is not None:
-            self._hold(f"{failure.component}: {failure.reason}")
-        return None if first_failure(laser) is not None else inputs.laser.newest
-
-    def _hold(self, reason: str) -> None:
-        """The robot failed: until there is a new goal, or an operator's leave where an operator has stopped it."""
-        if self._mission.state is not MissionState.STOPPED:
-            self._held = True
-            if self._mission.state in _UNDER_WAY:
-                self._mission.stop(reason)
-        if self._mission.state is MissionState.STOPPED:
-            self._mission.cancel()
-
     def _pose(self, now_ns: int, inputs: Inputs) -> Pose2D | None:
         if inputs.robot.newest is not None:
             state = inputs.robot.newest.state
             self._poses.report(state.stamp_ns, state.odometry, state.twist)
-            self._battery_v = state.battery_v
         return self._poses.now(now_ns)
 
     def _mission_step(self, now_ns: int, scan: Scan | None, pose: Pose2D | None, inputs: Inputs) -> MissionStep:
@@ -188,16 +153,6 @@ class BaseLoop:
         self._way_ns = now_ns
         drives = mission.state is MissionState.DRIVING
         return self._navigator.way(WAY_M) if drives else np.zeros((0, 2))
-
-    def _refusal(self) -> str:
-        """Why no goal is driven to; empty where they are."""
-        findings = judge_health(self._healths, self._safety)
-        reasons = [finding.reason for finding in findings if finding.action >= Action.STOP]
-        if self.pose is None:
-            reasons.append("robot: has not said yet where it is")
-        if self._battery_v < self._low_battery_v:
-            reasons.append(f"robot: the battery is low: {self._battery_v:.1f} V")
-        return "; ".join(reasons)
 
 
 def _wanted(mission: MissionStep, inputs: Inputs) -> Twist2D:
