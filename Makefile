@@ -8,7 +8,7 @@ SOURCES := pyproject.toml CMakeLists.txt $(wildcard cmake/*) $(shell find cpp -n
 CXX_BUILD := build/cpp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench bench-core fuzz faults soak lint format sanitize clean
+.PHONY: help demo test bench bench-core fuzz faults soak end-to-end lateness lint format sanitize clean
 
 help: ## list the targets
 	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -27,6 +27,12 @@ bench-core: $(VENV)/.cpp ## the C++ core alone, without Python (Google Benchmark
 
 faults: $(VENV)/.bench ## inject faults into the devices and time what happens, in real time (a few minutes)
 	@$(BIN)/python -m benchmarks.faults $(ARGS)
+
+end-to-end: $(VENV)/.bench ## the experiment with all processes and a laptop, in real time: drive, latency, memory (two minutes)
+	@$(BIN)/python -m benchmarks.end_to_end $(ARGS)
+
+lateness: $(VENV)/.bench ## how late the base is while vision fills all processors (three minutes)
+	@$(BIN)/python -m benchmarks.lateness $(ARGS)
 
 fuzz: $(VENV)/.edgefusion ## the readers of both wire protocols on streams that no device sends (MINUTES=10)
 	@$(BIN)/python -m benchmarks.fuzz --minutes $(or $(MINUTES),10) $(ARGS)
