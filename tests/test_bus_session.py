@@ -24,14 +24,16 @@ from edgefusion.bus.router import open_router
 from edgefusion.bus.session import UnreachableError, open_client, open_member
 from edgefusion.bus.subscriber import Subscriber
 from edgefusion.bus.tags import SampleTag, Tagger, read_tag
-from edgefusion.bus.topics import CMD_VEL, IMAGE, MISSION, ODOM, TOPICS, Urgency
+from edgefusion.bus.topics import CMD_VEL, DETECTIONS_DETAIL, IMAGE, MISSION, ODOM, TOPICS, Urgency
 from edgefusion.config.bus import BusConfig
 from edgefusion.errors import RefusedError
 from edgefusion.messages import ros_name
 from edgefusion.messages.cdr import decode, encode
+from edgefusion.messages.from_detections_detail import from_detections_detail
 from edgefusion.messages.geometry_msgs import Twist, Vector3
 from edgefusion.messages.std_msgs import String
 from edgefusion.messages.to_cmd_vel import to_cmd_vel
+from edgefusion.service.base_inbox import BaseInbox
 from edgefusion.types import Twist2D
 
 MS = 1_000_000
@@ -249,6 +251,25 @@ def test_a_feed_takes_what_is_stamped_by_the_clock_it_reckons_with(lab: Lab, cap
     warnings = [record.getMessage() for record in caplog.records]
     assert len(warnings) == 2
     assert "expected stamps of the clock boot-1, got one of boot-2" in warnings[0]
+
+
+def test_a_feed_takes_nothing_from_the_future_of_its_clock(lab: Lab) -> None:
+    feed = Feed(lab.member(), "robot", MISSION, lambda message: message.data, "boot", newest=10, clock=lambda: 1000)
+    publisher = connected(Publisher(lab.member(), "robot", MISSION, Tagger(), "boot"))
+    for stamp_ns in (1000, 2_000_001_000, 999):
+        publisher.put(String(str(stamp_ns)), stamp_ns)
+    until(lambda: feed.waiting == 3)
+    assert [text for _, text in feed.take()] == ["1000", "999"]
+    assert feed.reason == "expected a stamp of before it came, got one of 2.000 s later"
+
+
+def test_base_says_of_what_vision_tells_it_why_it_does_not_count(lab: Lab) -> None:
+    inbox, client = BaseInbox(lab.member(), lab.config, "boot-1"), lab.member()
+    publisher = connected(Publisher(client, "robot", DETECTIONS_DETAIL, Tagger(), "boot-2"))
+    publisher.put(from_detections_detail(7, []), 7)
+    until(lambda: (inbox.from_vision(), inbox.refused())[1])
+    assert inbox.refused() == {"detections/detail refused": "1: expected stamps of the clock boot-1, got one of boot-2"}
+    assert inbox.from_vision().detections_ns is None
 
 
 def commands_of(robot: zenoh.Session, limits: CommandLimits = LIMITS) -> Inbox[Twist2D]:

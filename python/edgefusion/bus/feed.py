@@ -67,6 +67,9 @@ class Feed(Generic[T]):
         tag = read_tag(SampleTag, received.attachment)
         if self._clock_id is not None and tag.clock != self._clock_id:
             raise RefusedError(f"expected stamps of the clock {self._clock_id}, got one of {tag.clock}")
+        if self._clock_id is not None and tag.stamp_ns > received.received_ns:  # it would never be old
+            early_s = (tag.stamp_ns - received.received_ns) / 1e9
+            raise RefusedError(f"expected a stamp of before it came, got one of {early_s:.3f} s later")
         return tag, self._convert(decode(self._topic.message, received.payload))
 
     def _note(self, reason: str) -> None:

@@ -65,14 +65,14 @@ class BaseInbox:
         return FromVision(detections, self._detections_ns, tuple(answer for _, answer in self._pictures.take()))
 
     def refused(self) -> Dict[str, str]:
-        """How many commands and messages did not count, by why, where there were any."""
+        """How many commands and messages did not count, where there were any, and why."""
         inboxes: Mapping[str, Inbox[Any]] = {
             CMD_VEL.name: self._cmd_vel,
             GOAL_POSE.name: self._goal_pose,
             HEARTBEAT.name: self._heartbeat,
         }
-        counts = {
-            f"{name} refused, {why.value}": count
+        figures = {
+            f"{name} refused, {why.value}": str(count)
             for name, inbox in inboxes.items()
             for why, count in dict(inbox.freshness.counts).items()
         }
@@ -80,8 +80,10 @@ class BaseInbox:
             DETECTIONS_DETAIL.name: self._detections,
             INSPECTION_ANSWER.name: self._pictures,
         }
-        counts.update({f"{name} refused": feed.refused for name, feed in feeds.items()})
-        return {name: str(count) for name, count in counts.items() if count}
+        for name, feed in feeds.items():
+            if feed.refused:
+                figures[f"{name} refused"] = f"{feed.refused}: {feed.reason}"
+        return figures
 
 
 def _as_it_is(message: String) -> String:
