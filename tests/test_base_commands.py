@@ -102,6 +102,15 @@ def test_a_stop_beats_an_operator_until_resume(it, robot) -> None:
     drive_until(it, robot, lambda: it.moving(0.1))
 
 
+def test_it_is_told_whether_the_threads_that_drive_have_real_time(robot) -> None:
+    def told() -> list[str]:
+        base = [each.figures for each in robot.status.healths if each.health.component == "base"]
+        return [figures["real time"] for figures in base]
+
+    wait_for(told)
+    assert told() in (["0 of 3 threads"], ["3 of 3 threads"])
+
+
 @pytest.mark.parametrize("x_mps", [math.nan, math.inf, -math.inf])
 def test_a_velocity_that_is_none_is_refused_and_counted_and_moves_nothing(it, robot, x_mps: float) -> None:
     since_ns = time.monotonic_ns()

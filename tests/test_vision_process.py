@@ -128,6 +128,8 @@ def test_the_process_sees_says_when_its_camera_hangs_and_ends_as_asked(tmp_path:
             return any(report.health.reason.startswith("CAMERA_LOST") for report in states.reports)
 
         until(hangs, 20.0)
+        figures = next(report.figures for report in states.reports if report.health.component == "detector")
+        assert figures["scheduling"].startswith(("shared, nice ", "real time, "))
         newest_ns, end_ns = detail.value.stamp_ns, system_clock() + 500 * MS
         until(lambda: seen() and system_clock() > end_ns)
         assert detail.value.stamp_ns == newest_ns

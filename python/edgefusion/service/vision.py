@@ -11,6 +11,7 @@ from edgefusion.clock import Clock
 from edgefusion.config import Config
 from edgefusion.messages.stamps import Stamper
 from edgefusion.perception.calibration import Calibration
+from edgefusion.service.real_time import scheduling
 from edgefusion.service.vision_bus import News, VisionBus
 from edgefusion.service.vision_eye import CameraDriver, Eye
 from edgefusion.service.vision_inspections import VisionInspections
@@ -94,7 +95,8 @@ class Vision:
             self._bus.answer(late)
         before = self.status.health
         health = self._state.health(now_ns, Circumstances(self._loop.trouble, news.refused, self._note()))
-        self.status = Status(health, {**self._state.figures(), "pairs overtaken": str(self._loop.overtaken)})
+        figures = {"pairs overtaken": str(self._loop.overtaken), "scheduling": scheduling()}
+        self.status = Status(health, {**self._state.figures(), **figures})
         _log_change(before, health)
 
 

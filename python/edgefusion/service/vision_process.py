@@ -18,6 +18,7 @@ from edgefusion.perception.detector import Detector
 from edgefusion.perception.groups import LabelGroups
 from edgefusion.perception.network import RuntimeOptions
 from edgefusion.service.heartbeat import Heartbeat
+from edgefusion.service.real_time import scheduling
 from edgefusion.service.utc import utc_offset_ns
 from edgefusion.service.vision import Vision
 
@@ -36,7 +37,7 @@ def run_vision(config: Config, beats: Heartbeat, clock: Clock = system_clock) ->
     calibration = load_calibration(Path(settings.calibration))
     groups = LabelGroups.load(None if settings.groups is None else Path(settings.groups))
     classifier = open_classifier(Path(settings.model), options=runtime_options(settings))
-    log.info("%s runs on %s", settings.model, classifier.provider)
+    log.info("%s runs on %s, %s", settings.model, classifier.provider, scheduling())
     detector = Detector(classifier, calibration, config.perception, groups, clock)
     with Camera(config.camera, clock) as camera:
         stamper = Stamper(utc_offset_ns())
