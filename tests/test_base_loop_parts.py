@@ -142,6 +142,14 @@ def test_who_is_not_served_in_time_is_told_so_and_the_call_is_never_made() -> No
     assert calls == []
 
 
+def test_what_is_to_be_done_also_when_it_is_late_is_done() -> None:
+    requests, calls = Requests(lambda: None), []
+    with pytest.raises(TimeoutError, match="the loop is late"):
+        requests.ask(lambda: calls.append(1), 0.01, late_too=True)
+    requests.serve()
+    assert calls == [1]
+
+
 def track() -> PoseTrack:
     poses = PoseTrack(250 * MS)
     poses.report(0, Pose2D(), Twist2D(0.5, 0.0))

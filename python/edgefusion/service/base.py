@@ -81,9 +81,10 @@ class Base:
         """How well the pace is kept."""
         return self._cadence.lateness
 
-    def ask(self, call: Callable[[], R]) -> R:
-        """What the call returns in the loop's thread, between two steps, or raises. Raises TimeoutError, too."""
-        return self._requests.ask(call)
+    def ask(self, call: Callable[[], R], late_too: bool = False) -> R:
+        """What the call returns in the loop's thread, between two steps, or raises. Raises TimeoutError, too, where the
+        loop is late; the call is made then only if late_too."""
+        return self._requests.ask(call, late_too=late_too)
 
     def goto(self, goals: Sequence[Goal]) -> None:
         """As BaseLoop.goto. Raises TimeoutError, too."""
@@ -94,8 +95,8 @@ class Base:
         self._requests.ask(self._loop.cancel)
 
     def stop(self, reason: str) -> None:
-        """As BaseLoop.stop. Raises TimeoutError, too."""
-        self._requests.ask(lambda: self._loop.stop(reason))
+        """As BaseLoop.stop. Raises TimeoutError, too, and stops all the same when the loop comes by."""
+        self._requests.ask(lambda: self._loop.stop(reason), late_too=True)
 
     def resume(self) -> None:
         """As BaseLoop.resume. Raises TimeoutError, too."""

@@ -35,18 +35,18 @@ class BaseServices:
         before: Callable[[], None],
         clock: Clock = system_clock,
     ) -> None:
-        def ask(call: Callable[[], None]) -> None:
+        def ask(call: Callable[[], None], late_too: bool = False) -> None:
             def do() -> None:
                 before()
                 call()
 
-            base.ask(do)
+            base.ask(do, late_too)
 
         def goto(request: GotoRequest) -> None:
             ask(lambda: helm.goto(request))
 
         def stop(request: StopRequest) -> None:
-            ask(lambda: helm.stop(request))
+            ask(lambda: helm.stop(request), late_too=True)  # of a loop that is late, it stops what goes on then
 
         def resume(_: ResumeRequest) -> None:
             ask(lambda: helm.resume(clock()))

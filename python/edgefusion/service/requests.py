@@ -22,15 +22,15 @@ class Requests:
         self._wake = wake
         self._waiting: Deque[Tuple[Callable[[], Any], Future[Any]]] = deque()
 
-    def ask(self, call: Callable[[], R], timeout_s: float = ANSWER_S) -> R:
+    def ask(self, call: Callable[[], R], timeout_s: float = ANSWER_S, late_too: bool = False) -> R:
         """What the call returns in the loop's thread, or raises. Raises TimeoutError where the loop does not come by
-        in time: the call is not made then."""
+        in time: the call is not made then, unless late_too."""
         future: Future[R] = Future()
         done = Wake()
         future.add_done_callback(lambda _: done())
         self._waiting.append((call, future))
         self._wake()
-        if not done.wait(timeout_s) and future.cancel():
+        if not done.wait(timeout_s) and not future.running() and (late_too or future.cancel()):
             raise TimeoutError(f"expected an answer within {timeout_s:g} s, got none: the loop is late")
         return future.result()  # it is made, or just being made
 
