@@ -71,6 +71,13 @@ def test_the_picture_that_the_laptop_gets_is_the_one_that_the_robot_keeps(drive:
     assert cv2.imdecode(np.frombuffer(delivered, np.uint8), cv2.IMREAD_COLOR).shape == (480, 640, 3)
 
 
+def test_the_base_says_how_late_it_was_and_whether_it_had_real_time(drive: EndToEnd) -> None:
+    said = drive.laptop["figures"][-1][1]["base"]
+    assert int(said["cycles"]) > 20
+    assert 0 <= float(said["lateness p50 [ms]"]) <= float(said["lateness p99 [ms]"])
+    assert "threads" in said["real time"]
+
+
 def test_each_process_is_seen_and_none_fails(drive: EndToEnd) -> None:
     assert set(drive.at_rest) == {"supervisor", "bus", "base", "vision", "vision's camera"}
     assert "Traceback" not in (drive.folder / "robot.log").read_text(encoding="utf-8")
