@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Callable, List, Sequence, Tuple
+from functools import partial
+from typing import Any, Callable, Dict, List, Sequence, Tuple
 
 import msgspec
 import virtual_base
@@ -21,6 +22,7 @@ from edgefusion.service.base_loop import BaseLoop
 from edgefusion.service.device_thread import Device, DeviceThread
 from edgefusion.service.ending import Ending
 from edgefusion.types import Health
+from virtual_port import VirtualPort
 
 _LOOK_NS = 5_000_000
 MOVING = (Command.VEL, Command.RVEL, Command.VEL2, Command.HEAD, Command.DHEAD)
@@ -48,13 +50,19 @@ class ThreadedBase(VirtualBase):
         self.others_say: Tuple[Health, ...] = ()
         self.cycles: List[Tuple[Inputs, Outputs]] = []
         super().__init__(monkeypatch, seed)
+        self._ports: Dict[str, VirtualPort] = {}
         for name, line in self.lines.items():
             line.plugged = name in plugged
+            line.open = partial(self._open, line.open)
         self.loop = BaseLoop(msgspec.structs.replace(self.config, safety=safety), self.age_limit_s)
         self._decide, self.loop.step = self.loop.step, self._told
         self.clock.spawn("robot", self.robot_turn.run)
         self.clock.spawn("laser", self.laser_turn.run)
         self.clock.spawn("loop", self._cycle)
+
+    def _open(self, opened: Callable[[str, int], VirtualPort], name: str, baudrate: int) -> VirtualPort:
+        self._ports[name] = opened(name, baudrate)
+        return self._ports[name]
 
     def _turns(self, monkeypatch: Any) -> None:
         super()._turns(monkeypatch)
@@ -82,6 +90,17 @@ class ThreadedBase(VirtualBase):
             self.clock.advance(min(_LOOK_NS, end_ns - self.clock()))
         return self.outputs[begin:]
 
+    def halt(self, seconds: float) -> int:
+        """Nothing of it goes on for so long, the caller's thread included, while its devices do. Returns when it goes
+        on."""
+        end_ns = self.clock() + round(seconds * S)
+        self.clock.halt(end_ns - self.clock())
+        while self.clock() < end_ns:
+            self.clock.advance(min(_LOOK_NS, end_ns - self.clock()))
+            for port in self._ports.values():
+                port.in_waiting  # noqa: B018  what has come waits in the computer
+        return end_ns
+
     def accepts(self) -> bool:
         """A goal; which it drives to then."""
         try:
@@ -95,8 +114,7 @@ class ThreadedBase(VirtualBase):
         return [then for then, told in self.robot.heard if then >= ns and told.number in MOVING and told.value]
 
     def motions_since(self, ns: int) -> List[Tuple[int, bool]]:
-        """When it was told anything about moving, and whether that was to stand."""
-        told = [(then, each) for then, each in self.robot.heard if then >= ns]
-        return [
-            (then, not each.value or each.number in STOPPING) for then, each in told if each.number != Command.PULSE
-        ]
+        """When it was told anything about moving, and whether that was to stand; not to turn is no such word."""
+        told = [each for each in self.robot.heard if each[0] >= ns and each[1].number in (*MOVING, *STOPPING)]
+        motions = [(then, not each.value or each.number in STOPPING, each.number) for then, each in told]
+        return [(then, stands) for then, stands, number in motions if number != Command.RVEL or not stands]
