@@ -114,5 +114,4 @@ def test_i4_a_network_that_gets_ten_times_slower_looks_at_the_newest_and_has_cau
         assert len(looks) >= 0.9 * 8000 / (latency_ms + 85)
         assert all(look.begun_ns - look.frame.stamp_ns <= waited_ms * MS for look in looks)
         assert all(look.age_ns <= max(2 * latency_ms, latency_ms + waited_ms) * MS for look in looks)
-        missed = 8000 / 80 - len(looks)
-        assert bench.loop.overtaken - overtaken == pytest.approx(max(missed, 0), abs=6)
+        assert (bench.loop.overtaken - overtaken > 30) == (slower > 1)
