@@ -12,7 +12,9 @@ from __future__ import annotations
 
 import argparse
 import math
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any, Dict, List, Sequence
 
@@ -23,6 +25,7 @@ from benchmarks.end_to_end_run import EndToEnd, run
 from benchmarks.run import markdown, write_results
 
 from edgefusion.errors import RefusedError
+from edgefusion.service.signals import ended_by_signals
 from edgefusion.sim.live_devices import LiveSetup
 from edgefusion.sim.world_file import load_world
 from edgefusion.tools.arguments import LAB_MODEL, seed_number, whole_number
@@ -40,9 +43,12 @@ LABEL = "oscilloscope"
 def main(argv: Sequence[str] | None = None) -> int:
     parser = _parser()
     args = parser.parse_args(argv)
+    args.out.mkdir(parents=True, exist_ok=True)
     try:
         world = LiveSetup(placed_by_seed(load_world(LABORATORY), args.seed), seed=args.seed, robot_port=0)
-        result = run(world, RobotSetup(args.model, args.baudrate, args.threads), LABEL, args.out)
+        with ended_by_signals(1), tempfile.TemporaryDirectory() as folder:
+            result = run(world, RobotSetup(args.model, args.baudrate, args.threads), LABEL, Path(folder))
+            _keep(Path(folder), args.out)
     except RefusedError as error:
         parser.exit(2, f"{parser.prog}: {error}\n")
     drive = drive_figures(result)
@@ -60,6 +66,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not drive.good:
         print(f"expected an arrival with a picture and without a contact, got: {drive.said}", file=sys.stderr)
     return int(not drive.good)
+
+
+def _keep(folder: Path, out: Path) -> None:
+    """The picture that the laptop got, and the robot's log, in the place of those of an earlier run."""
+    for old in out.glob("delivered-*.jpg"):
+        old.unlink()
+    for path in (*folder.glob("delivered-*.jpg"), folder / "robot.log"):
+        shutil.copy(path, out)
 
 
 def _own(result: EndToEnd) -> Dict[str, Any]:

@@ -97,6 +97,8 @@ def _drive(robot: Robot, notes: Notes, goal: Tuple[float, float, float], label: 
     for report in robot.progress(_accepted(robot, goal, inspect)):
         notes.ask(robot)
         _say("reports", state=report.state, way_left_m=report.way_left_m)
+        if report.state == "stopped":  # nobody is here who would resume it
+            break
     return report
 
 

@@ -24,6 +24,7 @@ from benchmarks.run import markdown, write_results
 from edgefusion.errors import RefusedError
 from edgefusion.perception.make_model import make_model_folder
 from edgefusion.perception.model_folder import read_labels
+from edgefusion.service.signals import ended_by_signals
 from edgefusion.tools.arguments import LAB_MODEL, whole_number
 
 EXAMPLES = """examples:
@@ -42,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = _parser()
     args = parser.parse_args(argv)
     found: Dict[str, Load] = {}
-    with tempfile.TemporaryDirectory() as folder:
+    with ended_by_signals(1), tempfile.TemporaryDirectory() as folder:
         try:
             model = args.model or _real_model(Path(folder) / "model")
             for name in args.only:
