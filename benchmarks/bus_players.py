@@ -53,7 +53,7 @@ def driver(endpoint: str, keys: str, hz: str, count: str) -> None:
     _ready()
     for _ in range(int(count)):
         publisher.put(AHEAD)
-        time.sleep(1 / float(hz))  # at least so long, as the router's limit wants it
+        time.sleep(1 / float(hz))
     time.sleep(0.5)  # what was put last is still on its way
     _leave(session)
 

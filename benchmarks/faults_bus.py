@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 import signal
-import threading
 import time
 from typing import Callable, List, Sequence, Tuple
 
@@ -144,14 +143,13 @@ def _roles(tick: Callable[[], object]) -> FaultRow:
 def _counted(role: str, player: Sequence[object]) -> int:
     """How many commands of this role count; the robot reports each."""
     with BusRig(max_command_hz=1000) as rig:
-        news, robot = threading.Event(), rig.member()
+        robot = rig.member()
         reporter = Publisher(robot, "robot", MISSION, Tagger(), "boot")
         freshness = Freshness(CommandLimits(4096, 1e5, burst=COMMANDS))
-        inbox = Inbox(robot, "robot", CMD_VEL, to_cmd_vel, freshness, wake=news.set)
+        inbox = Inbox(robot, "robot", CMD_VEL, to_cmd_vel, freshness)
         process = rig.join(str(player[0]), role, *player[1:], COMMANDS)
         while process.poll() is None:
-            news.wait(CYCLE_S)
-            news.clear()
+            time.sleep(0.0005)
             if inbox.take(system_clock()):
                 reporter.put(String("one more"), 0)
         inbox.take(system_clock())

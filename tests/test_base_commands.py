@@ -81,7 +81,6 @@ def test_an_operator_pauses_the_mission_until_resume_and_then_it_goes_on_to_its_
 def test_a_resume_right_after_a_velocity_gives_the_robot_back_to_its_mission(it, robot) -> None:
     drive_until(it, robot, lambda: robot.status.mission.paused)
     for _ in range(5):
-        time.sleep(0.05)  # of what comes at once the router lets the first through alone
         robot.drive(Twist2D())
         robot.resume()  # nobody has looked at the velocity yet
     since_ns = time.monotonic_ns() + 50_000_000
@@ -146,7 +145,6 @@ def test_a_goal_pose_is_driven_to_and_one_in_another_frame_is_not(it, robot) -> 
     publisher = CommandPublisher(robot.session, "robot", GOAL_POSE, Tagger(), 500)
     wait_for(lambda: publisher.heard)
     publisher.put(from_goal_pose(0, Pose2D(0.4), Stamper(), "map"))
-    time.sleep(0.05)  # of what comes at once the router lets the first through alone
     publisher.put(from_goal_pose(0, Pose2D(0.3), Stamper(), "base_link"))
     wait_for(lambda: robot.status.mission.goal_id == "goal_pose-1")
     before = it.lab.pose.x_m

@@ -20,9 +20,10 @@ from edgefusion.bus.inbox import Inbox
 from edgefusion.bus.joining import Joining
 from edgefusion.bus.liveliness import Alive, declare_alive
 from edgefusion.bus.publisher import CommandPublisher, Publisher
+from edgefusion.bus.ring import Ring
 from edgefusion.bus.router import open_router
 from edgefusion.bus.session import UnreachableError, open_client, open_member
-from edgefusion.bus.subscriber import Subscriber
+from edgefusion.bus.subscriber import Received, Subscriber
 from edgefusion.bus.tags import SampleTag, Tagger, read_tag
 from edgefusion.bus.topics import CMD_VEL, DETECTIONS_DETAIL, IMAGE, MISSION, ODOM, TOPICS, Urgency
 from edgefusion.config.bus import BusConfig
@@ -272,6 +273,30 @@ def test_base_says_of_what_vision_tells_it_why_it_does_not_count(lab: Lab) -> No
     assert inbox.from_vision().detections_ns is None
 
 
+def test_a_ring_keeps_the_newest_which_came_when_it_was_looked_at_before(lab: Lab) -> None:
+    times_ns = iter((10, 20, 30, 40))
+    robot, client = lab.member(), lab.client()
+    ring = Ring(robot, "robot/cmd_vel", 3, lambda: next(times_ns))  # at 10
+    after = Sink(robot, "robot/operator/heartbeat")
+    wait_for_listener(client, "robot/operator/heartbeat")
+    assert ring.take() == []  # at 20
+    client.put("robot/cmd_vel", b"0", attachment=b"tag", encoding="text/plain")
+    until(lambda: (client.put("robot/operator/heartbeat", b""), after.samples)[1])
+    assert ring.take() == [Received("robot/cmd_vel", b"0", b"tag", "text/plain", 20)]  # at 30
+    for number in range(10):
+        client.put("robot/cmd_vel", b"%d" % number)
+    after.samples.clear()
+    until(lambda: (client.put("robot/operator/heartbeat", b""), after.samples)[1])
+    assert [(each.payload, each.received_ns) for each in ring.take()] == [(b"7", 30), (b"8", 30), (b"9", 30)]
+
+
+def test_of_a_session_that_was_closed_a_ring_has_nothing(lab: Lab) -> None:
+    robot = lab.member()
+    ring = Ring(robot, "robot/cmd_vel", 3)
+    robot.close()
+    assert ring.take() == []
+
+
 def commands_of(robot: zenoh.Session, limits: CommandLimits = LIMITS) -> Inbox[Twist2D]:
     """All of which come at 0."""
     return Inbox(robot, "robot", CMD_VEL, to_cmd_vel, Freshness(limits), clock=lambda: 0)
@@ -282,7 +307,6 @@ def put_one_by_one(client: zenoh.Session, inbox: Inbox[Twist2D], *samples: Sampl
     for count, (attachment, payload) in enumerate(samples, start=1):
         client.put("robot/cmd_vel", payload, attachment=attachment)
         until(lambda: inbox.waiting == count)  # noqa: B023  # it is called at once
-        time.sleep(0.006)  # below the router's limit
 
 
 def test_a_command_arrives_as_what_the_robot_works_with(lab: Lab) -> None:

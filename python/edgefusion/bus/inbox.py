@@ -10,7 +10,8 @@ from typing import Any, Callable, Generic, Set, Tuple, TypeVar
 import zenoh
 
 from edgefusion.bus.freshness import Freshness
-from edgefusion.bus.subscriber import Received, Subscriber, nobody
+from edgefusion.bus.ring import Ring
+from edgefusion.bus.subscriber import Received
 from edgefusion.bus.tags import session_of
 from edgefusion.bus.topics import Topic, key_of
 from edgefusion.clock import Clock, system_clock
@@ -31,7 +32,7 @@ MOST_LOGGED = 64
 class Inbox(Generic[T]):
     """convert: makes of a message what the robot works with, or raises RefusedError where it is no command.
 
-    For one thread; `wake` is called in one of Zenoh's when something comes.
+    For one thread, which looks once in a cycle.
     """
 
     def __init__(
@@ -41,27 +42,21 @@ class Inbox(Generic[T]):
         topic: Topic,
         convert: Callable[[Any], T],
         freshness: Freshness,
-        wake: Callable[[], None] = nobody,
         clock: Clock = system_clock,
     ) -> None:
         self._topic, self._convert, self.freshness = topic, convert, freshness
         self._logged: Set[str] = set()
-        self._subscriber = Subscriber(session, key_of(robot, topic.name), NEWEST, wake, clock)
-
-    @property
-    def dropped(self) -> int:
-        """How many were pushed out by newer ones before they were looked at."""
-        return self._subscriber.dropped
+        self._ring = Ring(session, key_of(robot, topic.name), NEWEST, clock)
 
     @property
     def waiting(self) -> int:
         """How many have come that nobody has looked at."""
-        return self._subscriber.waiting
+        return self._ring.waiting
 
     def take(self, now_ns: int) -> list[Tuple[int, T]]:
         """Of what came since the last time, what counts: when it came and what it is, the oldest first."""
         commands = []
-        for received in self._subscriber.take():
+        for received in self._ring.take():
             try:
                 commands.append((received.received_ns, self._accept(now_ns, received)))
             except RefusedError as error:
@@ -70,7 +65,7 @@ class Inbox(Generic[T]):
 
     def undeclare(self) -> None:
         """Nothing comes any more."""
-        self._subscriber.undeclare()
+        self._ring.undeclare()
 
     def _accept(self, now_ns: int, received: Received) -> T:
         refusal = self.freshness.judge(now_ns, received.received_ns, len(received.payload), received.attachment)
