@@ -2,7 +2,7 @@
 # Copyright the edgefusion authors
 """How late the base's cycles begin, twenty a second, while vision with a real classifier fills all processors.
 
-All processes of the robot run beside the simulated devices, in real time; the robot drives to and fro. Once the base
+All processes of the robot run beside the simulated devices, in real time; the robot drives and turns. Once the base
 may not ask for real-time scheduling, and once it may, as the systemd unit lets it. What is measured is what the base
 says of itself on the bus. Exit code 1 means more than three times the aim.
 """
@@ -21,6 +21,7 @@ from benchmarks.fault_row import ALLOWED
 from benchmarks.lateness_rig import WINDOW_S, Load, loaded, unprivileged
 from benchmarks.run import markdown, write_results
 
+from edgefusion.bus.session import UnreachableError
 from edgefusion.errors import RefusedError
 from edgefusion.perception.make_model import make_model_folder
 from edgefusion.perception.model_folder import read_labels
@@ -53,6 +54,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                 found[name] = loaded(setup, Path(folder) / name.replace(" ", "-"), wrapper, args.seconds)
         except RefusedError as error:
             parser.exit(2, f"{parser.prog}: {error}\n")
+        except UnreachableError as error:
+            parser.exit(1, f"{parser.prog}: {error}\n")
     table = markdown(HEADER, [cells(name, load) for name, load in found.items()])
     print(table)
     records: List[Dict[str, Any]] = [{"scheduling": name, **asdict(load)} for name, load in found.items()]
