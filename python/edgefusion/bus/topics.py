@@ -80,6 +80,9 @@ COMMANDS = tuple(topic for topic in _ALL if topic.direction is Direction.IN)
 GOTO, STOP, RESUME, INSPECT = "mission/goto", "stop", "resume", "inspect"
 QUERIES = (GOTO, STOP, RESUME, INSPECT)
 
+CLOCK = "clock"
+"""A query of the robot's own processes on other computers: what the clock says that everything is stamped with."""
+
 ALIVE = "alive"
 """Below it each component that lives has a token of its name."""
 

@@ -33,7 +33,8 @@ class BusConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     """Where the router listens: "tcp/HOST:PORT" on loopback, where all programs of this computer may do everything;
     "tls/HOST:PORT" anywhere, with keys."""
     connect: Optional[EndpointText] = None
-    """Where base and vision find the router. Left out: on this computer."""
+    """Where base and vision find the router. Left out: on this computer. Where it is set vision asks base for the clock
+    that everything is stamped with."""
     keys: Optional[FilePath] = None
     """The folder with this computer's keys, as `edgefusion keys init` makes it for the robot. Left out: no TLS."""
     allow_plain_ros: bool = False

@@ -9,6 +9,7 @@ from typing import Dict, Mapping, NamedTuple, Sequence, Union
 import zenoh
 
 from edgefusion.bus.clock_id import clock_id
+from edgefusion.bus.clock_reading import ClockTeller
 from edgefusion.bus.joining import Joining
 from edgefusion.bus.liveliness import declare_alive
 from edgefusion.bus.session import open_member
@@ -39,6 +40,7 @@ class _Joined(NamedTuple):
     inbox: BaseInbox
     outlet: BaseOutlet
     services: BaseServices
+    clock: ClockTeller
     token: zenoh.LivelinessToken
 
 
@@ -94,7 +96,8 @@ class BaseBus:
         services = BaseServices(
             session, config, self._base, self._helm, lambda: inbox.command(self._helm, system_clock())
         )
-        self._joined = _Joined(inbox, outlet, services, declare_alive(session, config.robot, COMPONENT))
+        clock = ClockTeller(session, config.robot, self._clock_id)
+        self._joined = _Joined(inbox, outlet, services, clock, declare_alive(session, config.robot, COMPONENT))
 
     def _publish(self, what: Union[Outputs, Scan]) -> None:
         if self._joined is None:

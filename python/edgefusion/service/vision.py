@@ -7,6 +7,7 @@ from __future__ import annotations
 import logging
 from typing import Callable
 
+from edgefusion.bus.clock_id import clock_id
 from edgefusion.clock import Clock
 from edgefusion.config import Config
 from edgefusion.messages.stamps import Stamper
@@ -31,7 +32,8 @@ log = logging.getLogger(__name__)
 
 
 class Vision:
-    """note: why the network does not run on what it was to run on, empty where it does. For one thread."""
+    """note: why the network does not run on what it was to run on, empty where it does. clock: the robot's, by which
+    the camera stamps, too; robot_clock_id: its name, where it is not this computer's. For one thread."""
 
     def __init__(
         self,
@@ -42,6 +44,7 @@ class Vision:
         camera: CameraDriver,
         stamper: Stamper,
         clock: Clock,
+        robot_clock_id: str | None = None,
     ) -> None:
         self._note, self._clock = note, clock
         eye = Eye(camera, config.camera, calibration.camera_latency_ns)
@@ -51,7 +54,17 @@ class Vision:
         self._state = VisionState(clock(), config.sync.tolerance_s)
         self._inspections = VisionInspections(config.mission.same_place_m, pictures.annotated)
         self.status = Status(self._state.health(clock(), Circumstances()), {})
-        self._bus = VisionBus(config, calibration, eye, pictures, stamper, lambda: self.status, self._wake, clock)
+        self._bus = VisionBus(
+            config,
+            calibration,
+            eye,
+            pictures,
+            stamper,
+            lambda: self.status,
+            self._wake,
+            clock,
+            robot_clock_id or clock_id(),
+        )
 
     def begin(self) -> None:
         """Looks for the bus, and returns at once."""

@@ -9,7 +9,6 @@ from typing import Callable, NamedTuple, Sequence
 
 import zenoh
 
-from edgefusion.bus.clock_id import clock_id
 from edgefusion.bus.joining import Joining
 from edgefusion.bus.liveliness import declare_alive
 from edgefusion.bus.publisher import Publisher
@@ -57,7 +56,8 @@ class _Joined(NamedTuple):
 
 
 class VisionBus:
-    """take(), tell() and answer() are for the loop's thread. wake: called when a scan comes. status: the detector's."""
+    """take(), tell() and answer() are for the loop's thread. wake: called when a scan comes. status: the detector's.
+    clock_id: of the clock that stamps are of."""
 
     def __init__(
         self,
@@ -69,10 +69,11 @@ class VisionBus:
         status: Callable[[], Status | None],
         wake: Callable[[], None],
         clock: Clock,
+        clock_id: str,
     ) -> None:
         self._config, self._calibration, self._eye = config, calibration, eye
         self._pictures, self._stamper, self._status = pictures, stamper, status
-        self._wake, self._clock, self._clock_id = wake, clock, clock_id()
+        self._wake, self._clock, self._clock_id = wake, clock, clock_id
         self._joined: _Joined | None = None
         self._joining = Joining(lambda: open_member(config.bus, OPENING_S), self._join)
         self.tell: Teller[Look] = Teller("publishing", self._tell)
