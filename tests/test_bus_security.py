@@ -270,3 +270,14 @@ def test_of_commands_that_come_at_once_the_last_one_counts(lab: Lab) -> None:
             publisher.put(Twist(Vector3(x=x_mps)))
         until(lambda: inbox.waiting == 3)
         assert [twist.v_mps for _, twist in inbox.take(time.monotonic_ns())] == [0.3, 0.2, 0.0]
+
+
+def test_of_more_commands_than_may_come_at_once_the_last_one_counts(lab: Lab) -> None:
+    """As they come when a network that was held up goes on."""
+    inbox = Inbox(lab.member(), "robot", CMD_VEL, to_cmd_vel, Freshness(CommandLimits(4096, 50.0)))
+    publisher = CommandPublisher(lab.client("operator"), "robot", CMD_VEL, Tagger(), 5000)
+    until(lambda: publisher.heard)
+    for x_mps in (*(0.3 for _ in range(12)), 0.0):
+        publisher.put(Twist(Vector3(x=x_mps)))
+    time.sleep(QUIET_S)
+    assert [twist.v_mps for _, twist in inbox.take(time.monotonic_ns())][-1] == 0.0

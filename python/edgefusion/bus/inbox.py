@@ -22,8 +22,9 @@ log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
-NEWEST = 16
-"""So many wait between two steps of the loop; of a command, the newest is worth most."""
+NEWEST = 8
+"""So many wait between two steps of the loop: fewer than may come at once (`CommandLimits.burst`), so that of more than
+those the last one counts, which is worth most."""
 
 MOST_LOGGED = 64
 """So many senders' refusals are logged, each once; all are counted."""
