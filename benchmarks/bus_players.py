@@ -40,7 +40,7 @@ def router(listen: str, keys: str, max_command_hz: str) -> None:
 
 def operator(endpoint: str, keys: str) -> None:
     """Beats."""
-    session = open_client(endpoint, Path(keys))
+    session = _join(endpoint, keys)
     with Heartbeat(session, ROBOT, Tagger()):
         _ready()
         time.sleep(FOR_EVER_S)
@@ -48,19 +48,21 @@ def operator(endpoint: str, keys: str) -> None:
 
 def driver(endpoint: str, keys: str, hz: str, count: str) -> None:
     """Commands a velocity so often and so many times."""
-    session = open_client(endpoint, Path(keys))
+    session = _join(endpoint, keys)
     publisher = CommandPublisher(session, ROBOT, CMD_VEL, Tagger(), 1000)
     _ready()
+    due_s = time.monotonic()
     for _ in range(int(count)):
         publisher.put(AHEAD)
-        time.sleep(1 / float(hz))
+        due_s += 1 / float(hz)
+        time.sleep(max(0.0, due_s - time.monotonic()))
     time.sleep(0.5)  # what was put last is still on its way
     _leave(session)
 
 
 def patient(endpoint: str, keys: str, count: str) -> None:
     """Commands a velocity so many times, the next one when the robot has reported something."""
-    session = open_client(endpoint, Path(keys))
+    session = _join(endpoint, keys)
     publisher = CommandPublisher(session, ROBOT, CMD_VEL, Tagger(), 1000)
     reports = Subscriber(session, key_of(ROBOT, MISSION.name))
     while not publisher.heard:
@@ -75,12 +77,17 @@ def patient(endpoint: str, keys: str, count: str) -> None:
 
 def watcher(endpoint: str, keys: str, seconds: str, pause_s: str) -> None:
     """Watches the images, with a pause after each, and says at the end how many there were."""
-    session = open_client(endpoint, Path(keys))
+    session = _join(endpoint, keys)
     subscriber = Subscriber(session, key_of(ROBOT, IMAGE.name), wake=lambda: time.sleep(float(pause_s)))
     _ready()
     time.sleep(float(seconds))
     print(subscriber.received, flush=True)
     _leave(session)
+
+
+def _join(endpoint: str, keys: str) -> zenoh.Session:
+    """keys: a folder; empty: by loopback without."""
+    return open_client(endpoint, Path(keys) if keys else None)
 
 
 def _ready() -> None:

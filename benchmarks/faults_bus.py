@@ -11,6 +11,7 @@ from typing import Callable, List, Sequence, Tuple
 
 import numpy as np
 from benchmarks.fault_row import FaultRow
+from benchmarks.faults_bus_base import on_a_base
 from benchmarks.faults_bus_hostile import hostile
 from benchmarks.faults_bus_rig import BusRig, resident_bytes, wait_for
 from benchmarks.faults_bus_sockets import open_to_the_network
@@ -51,6 +52,7 @@ def rows(seeds: int, tick: Callable[[], object] = lambda: None) -> List[FaultRow
         *_flood(tick),
         *_slow_watchers(tick),
         open_to_the_network(tick),
+        *on_a_base(seeds, tick),
     ]
 
 

@@ -22,9 +22,9 @@ from edgefusion.bus.session import UnreachableError, open_client
 PATIENCE_S = 30.0
 
 
-def resident_bytes() -> int:
-    """What this process takes of the memory."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+def resident_bytes(process: int | str = "self") -> int:
+    """What it takes of the memory: a process id, or this one."""
+    pages = int(Path(f"/proc/{process}/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE")
 
 
