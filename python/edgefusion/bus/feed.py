@@ -16,6 +16,10 @@ from edgefusion.clock import Clock, system_clock
 from edgefusion.errors import RefusedError
 from edgefusion.messages.cdr import decode
 
+AHEAD_NS = 100_000_000
+"""So much ahead a stamp may be: who is on another computer reads the robot's clock no more exactly than its network is.
+"""
+
 log = logging.getLogger(__name__)
 
 T = TypeVar("T")
@@ -67,9 +71,9 @@ class Feed(Generic[T]):
         tag = read_tag(SampleTag, received.attachment)
         if self._clock_id is not None and tag.clock != self._clock_id:
             raise RefusedError(f"expected stamps of the clock {self._clock_id}, got one of {tag.clock}")
-        if self._clock_id is not None and tag.stamp_ns > received.received_ns:  # it would never be old
-            early_s = (tag.stamp_ns - received.received_ns) / 1e9
-            raise RefusedError(f"expected a stamp of before it came, got one of {early_s:.3f} s later")
+        early_ns = tag.stamp_ns - received.received_ns
+        if self._clock_id is not None and early_ns > AHEAD_NS:  # it would not become old in time
+            raise RefusedError(f"expected a stamp of before it came, got one of {early_ns / 1e9:.3f} s later")
         return tag, self._convert(decode(self._topic.message, received.payload))
 
     def _note(self, reason: str) -> None:
