@@ -11,15 +11,16 @@ import re
 import subprocess
 import sys
 import threading
+import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Iterator, TextIO
+from typing import Callable, Iterator, TextIO
 
 import pytest
 
 from edgefusion.clock import SimClock
-from edgefusion.service.log_writer import KEPT
-from edgefusion.service.logs import BURST, WINDOW_NS, is_journal, set_up_logs
+from edgefusion.service.log_writer import KEPT, LogWriter
+from edgefusion.service.logs import BURST, WINDOW_NS, Quiet, is_journal, set_up_logs
 
 _LOG = logging.getLogger("edgefusion.test")
 
@@ -44,6 +45,13 @@ def journal(tmp_path: Path) -> Iterator[tuple[TextIO, dict[str, str]]]:
 def written() -> None:
     """Waits until all that was logged is, for as long as the end of a program does."""
     logging.getLogger().handlers[0].flush()
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end_s = time.monotonic() + 30
+    while not condition():
+        assert time.monotonic() < end_s, "waited in vain"
+        time.sleep(0.005)
 
 
 def lines_of(file: TextIO) -> list[str]:
@@ -120,9 +128,19 @@ def complain(thing: str, times: int) -> None:
         _LOG.info("%s: %d", thing, number)
 
 
+def quiet_logs(clock: SimClock) -> tuple[io.StringIO, Quiet]:
+    """Without a thread that tells late what was not told."""
+    out, quiet = io.StringIO(), Quiet(clock=clock)
+    handler = logging.StreamHandler(out)
+    handler.setFormatter(logging.Formatter("base: %(message)s"))
+    handler.addFilter(quiet)
+    logging.basicConfig(level="INFO", handlers=[handler], force=True)
+    return out, quiet
+
+
 def test_a_flood_is_cut_and_the_next_one_says_how_much_was() -> None:
-    out, clock = io.StringIO(), SimClock(1)
-    set_up_logs("base", "info", out, {}, clock)
+    clock = SimClock(1)
+    out, _ = quiet_logs(clock)
     complain("laser", 100)
     assert told_of(out) == [f"laser: {number}" for number in range(BURST)]
     clock.advance(WINDOW_NS + 1)
@@ -133,9 +151,32 @@ def test_a_flood_is_cut_and_the_next_one_says_how_much_was() -> None:
     assert told_of(out) == ["laser: 0"]
 
 
-def test_the_flood_of_one_thing_does_not_hide_another() -> None:
+def test_how_a_flood_ended_is_told_once_when_it_is_over() -> None:
+    clock = SimClock(1)
+    _, quiet = quiet_logs(clock)
+    complain("laser", 100)
+    complain("robot", BURST)
+    assert quiet.over() == []
+    clock.advance(WINDOW_NS + 1)
+    assert [record.getMessage() for record in quiet.over()] == [f"laser: 99 (the last of {100 - BURST} more like it)"]
+    assert quiet.over() == []
+
+
+def test_what_is_told_late_is_told_though_nobody_says_it_then() -> None:
+    late = [logging.makeLogRecord({"msg": "how it ended"})]
     out = io.StringIO()
-    set_up_logs("base", "info", out, {}, SimClock(1))
+    handler = LogWriter(out, lambda: [late.pop()] if late else [])
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    logging.basicConfig(level="INFO", handlers=[handler], force=True)
+    _LOG.info("how it began")
+    until(lambda: not late)
+    handler.close()
+    written()
+    assert out.getvalue() == "how it began\nhow it ended\n"
+
+
+def test_the_flood_of_one_thing_does_not_hide_another() -> None:
+    out, _ = quiet_logs(SimClock(1))
     complain("laser", 100)
     complain("robot", 1)
     _LOG.info("something else")
@@ -143,14 +184,10 @@ def test_the_flood_of_one_thing_does_not_hide_another() -> None:
 
 
 def test_the_memory_for_floods_is_bounded() -> None:
-    out = io.StringIO()
-    set_up_logs("base", "info", out, {}, SimClock(1))
+    out, quiet = quiet_logs(SimClock(1))
     for thing in range(3000):
         complain(f"thing {thing}", 1)
-        if thing % (KEPT // 2) == 0:
-            written()
-    handler = logging.getLogger().handlers[0]
-    assert len(handler.filters[0]._seen) <= 1000
+    assert len(quiet._seen) <= 1000
     assert len(told_of(out)) == 3000
 
 

@@ -8,11 +8,12 @@ import logging
 import os
 import threading
 import time
+from collections import deque
 from contextlib import suppress
-from queue import SimpleQueue
-from typing import Callable, TextIO
+from typing import Callable, Deque, Sequence, TextIO
 
 from edgefusion.clock import Clock, system_clock
+from edgefusion.waiting import Wake
 
 KEPT = 1000
 """So many lines wait for a reader that is slow; further ones are lost, and counted."""
@@ -20,20 +21,30 @@ KEPT = 1000
 FLUSH_NS = 300_000_000
 """So long the end of the program waits for what is not written yet."""
 
+LATE_S = 1.0
+
 _TURN_S = 0.005
 
 
 class LogWriter(logging.Handler):
-    """stream: written to beside its buffer where it is a file: what blocks there holds no lock that others need."""
+    """stream: written to beside its buffer where it is a file: what blocks there holds no lock that others need.
+
+    late: asked now and then for what is to be told though nobody says it just now.
+    """
 
     def __init__(
-        self, stream: TextIO, clock: Clock = system_clock, pause: Callable[[float], None] = time.sleep
+        self,
+        stream: TextIO,
+        late: Callable[[], Sequence[logging.LogRecord]] = tuple,
+        clock: Clock = system_clock,
+        pause: Callable[[float], None] = time.sleep,
     ) -> None:
         super().__init__()
-        self._write = _writer_to(stream)
+        self._write, self._late = _writer_to(stream), late
         self._clock, self._pause = clock, pause
-        self._lines: SimpleQueue[str | None] = SimpleQueue()
+        self._lines: Deque[str] = deque()
         self._handed = self._written = self._lost = 0
+        self._wake, self._closing = Wake(), False
         threading.Thread(target=self._run, name="log", daemon=True).start()
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -45,7 +56,8 @@ class LogWriter(logging.Handler):
         if self._lost:
             line, self._lost = f"{line} ({self._lost} lines before it are lost: nobody read them)", 0
         self._handed += 1
-        self._lines.put(line)
+        self._lines.append(line)
+        self._wake()
 
     def flush(self) -> None:
         """Waits until all is written, or FLUSH_NS. The end of the program calls it."""
@@ -55,17 +67,26 @@ class LogWriter(logging.Handler):
 
     def close(self) -> None:
         """What was handed over is still written, if somebody reads."""
-        self._lines.put(None)
+        self._closing = True
+        self._wake()
         super().close()
 
     def _run(self) -> None:
-        while True:
-            line = self._lines.get()
-            if line is None:
-                return
-            with suppress(OSError, ValueError):  # whoever read is gone: there is nobody to be told
-                self._write(f"{line}\n")
-            self._written += 1
+        while not (self._closing and not self._lines):
+            self._wake.wait(LATE_S)
+            while self._lines:
+                with suppress(OSError, ValueError):  # whoever read is gone: there is nobody to be told
+                    self._write(f"{self._lines.popleft()}\n")
+                self._written += 1
+            self._tell_late()
+
+    def _tell_late(self) -> None:
+        self.acquire()
+        try:
+            for record in self._late():
+                self.emit(record)
+        finally:
+            self.release()
 
 
 def _writer_to(stream: TextIO) -> Callable[[str], object]:

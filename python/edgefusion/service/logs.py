@@ -7,8 +7,10 @@ from __future__ import annotations
 import logging
 import os
 import sys
+import threading
 from collections import OrderedDict
-from typing import Mapping, TextIO, Tuple
+from dataclasses import dataclass
+from typing import List, Mapping, TextIO, Tuple
 
 from edgefusion.clock import Clock, system_clock
 from edgefusion.service.log_writer import LogWriter
@@ -17,12 +19,21 @@ BURST = 5
 """So many like each other are told ..."""
 
 WINDOW_NS = 10_000_000_000
-"""... within so long. The next one after that says how many were not."""
+"""... within so long. Of the others the last is told then, or the next one after that says how many they were."""
 
 _KINDS = 1000
 """So many that are not like each other are told apart."""
 _PRIORITIES = ((logging.CRITICAL, 2), (logging.ERROR, 3), (logging.WARNING, 4), (logging.INFO, 6))
 _DEBUG = 7
+
+
+@dataclass
+class _Flood:
+    """last: the newest that was not told; None where all were."""
+
+    begun_ns: int
+    count: int = 0
+    last: logging.LogRecord | None = None
 
 
 class Quiet(logging.Filter):
@@ -32,20 +43,39 @@ class Quiet(logging.Filter):
     def __init__(self, burst: int = BURST, window_ns: int = WINDOW_NS, clock: Clock = system_clock) -> None:
         super().__init__()
         self._burst, self._window_ns, self._clock = burst, window_ns, clock
-        self._seen: OrderedDict[Tuple[str, int, int, str], Tuple[int, int]] = OrderedDict()
+        self._seen: OrderedDict[Tuple[str, int, int, str], _Flood] = OrderedDict()
+        self._lock = threading.Lock()
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether it is to be told; adds to it how many before it were not."""
         key, now_ns = (record.pathname, record.lineno, record.levelno, _thing(record)), self._clock()
-        begun_ns, count = self._seen.pop(key, (now_ns, 0))
-        if now_ns - begun_ns > self._window_ns:
-            if count > self._burst:
-                record.msg, record.args = f"{record.getMessage()} (and {count - self._burst} more like it before)", ()
-            begun_ns, count = now_ns, 0
-        self._seen[key] = begun_ns, count + 1
-        if len(self._seen) > _KINDS:
-            self._seen.popitem(last=False)
-        return count < self._burst
+        with self._lock:
+            flood = self._seen.pop(key, None) or _Flood(now_ns)
+            if now_ns - flood.begun_ns > self._window_ns:
+                if flood.last is not None:
+                    _add(record, f"(and {flood.count - self._burst} more like it before)")
+                flood = _Flood(now_ns)
+            flood.count += 1
+            flood.last = record if flood.count > self._burst else None
+            self._seen[key] = flood
+            if len(self._seen) > _KINDS:
+                self._seen.popitem(last=False)
+        return flood.last is None
+
+    def over(self) -> List[logging.LogRecord]:
+        """The last of each flood that is over, once: how it ended must not go unsaid. With how many were not told."""
+        now_ns, over = self._clock(), []
+        with self._lock:
+            for key, flood in list(self._seen.items()):
+                if now_ns - flood.begun_ns > self._window_ns and flood.last is not None:
+                    over.append(_add(flood.last, f"(the last of {flood.count - self._burst} more like it)"))
+                    del self._seen[key]
+        return over
+
+
+def _add(record: logging.LogRecord, text: str) -> logging.LogRecord:
+    record.msg, record.args = f"{record.getMessage()} {text}", ()
+    return record
 
 
 def _thing(record: logging.LogRecord) -> str:
@@ -90,9 +120,10 @@ def set_up_logs(
     """
     stream = sys.stderr if stream is None else stream
     journal = is_journal(stream, os.environ if environment is None else environment)
-    handler = LogWriter(stream)
+    quiet = Quiet(clock=clock)
+    handler = LogWriter(stream, quiet.over)
     handler.setFormatter(JournalFormatter(process) if journal else PlainFormatter(process))
-    handler.addFilter(Quiet(clock=clock))
+    handler.addFilter(quiet)
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
 
 
