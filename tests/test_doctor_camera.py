@@ -18,6 +18,7 @@ from doctor_scenes import SEES, examination, told
 from edgefusion.sim.mjpeg_server import MjpegServer
 from edgefusion.tools.doctor_camera import check_camera
 from edgefusion.tools.doctor_finding import Finding
+from vision_lab import PaintedCamera
 
 QUICK = {"open_timeout_s": 4.0, "frozen_s": 0.2, "blind_s": 0.2, "lost_s": 2.0, "read_timeout_s": 3.0}
 
@@ -59,6 +60,28 @@ def test_a_camera_that_sees_is_told_with_its_size_and_rate(tmp_path: Path, serve
     assert told([finding]) == ["ok camera"]
     assert "160x120, " in finding.text and " pictures a second" in finding.text
     assert size == (160, 120)
+
+
+class Slow(PaintedCamera):
+    """25 pictures a second at most, whatever is configured."""
+
+    def __init__(self, *_: Any) -> None:
+        super().__init__()
+
+    def __enter__(self) -> Slow:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        pass
+
+
+def test_a_camera_that_is_slower_than_it_is_to_be_is_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("edgefusion.tools.doctor_camera.Camera", Slow)
+    finding, _ = found(tmp_path, source=0, rate_hz=100.0)
+    assert told([finding]) == ["warning camera"]
+    assert finding.text.endswith(" pictures a second, not 100")
+    finding, _ = found(tmp_path, source=0, rate_hz=2.0)
+    assert told([finding]) == ["ok camera"]
 
 
 @pytest.mark.parametrize(

@@ -33,10 +33,11 @@ class ServiceConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     """So long base may be silent: shorter than the 2 s after which a Pioneer stops by itself."""
     vision_silence_s: Seconds = 4.0
     """So long vision may be silent."""
-    bus_start_s: Patience = 10.0
-    """So long the bus may take from its start to its first sign of life."""
-    base_start_s: Patience = 10.0
-    """So long base may take from its start to its first sign of life."""
+    bus_start_s: Patience = 30.0
+    """So long the bus may take from its start to its first sign of life: who kills a computer's slow starts when it is
+    busy makes it busier."""
+    base_start_s: Patience = 30.0
+    """So long base may take from its start to its first sign of life; nothing moves meanwhile."""
     vision_start_s: Patience = 120.0
     """So long vision may take from its start to its first sign of life; it loads its model in that time."""
     first_pause_s: Seconds = 0.1

@@ -20,6 +20,9 @@ _DARK, _BRIGHT, _CLIPPED = 30, 225, 250
 """Grey levels: of a picture's mean, and where a pixel says nothing any more."""
 
 _CLIPPED_SHARE = 0.3
+_LEAST_SHARE = 0.7
+"""Of the rate that is configured."""
+
 _CURES = {
     "CAMERA_LOST": "look at its plug and [camera] source; what the device does not take is named, leave that out",
     "CAMERA_FROZEN": "unplug it and plug it in; look at its cable and its power",
@@ -84,6 +87,10 @@ def _judged(exam: Examination, seen: Seen, health: Health) -> Finding:
     height, width = frame.image.shape[:2]
     exam.picture_size = (width, height)
     text, exposure = f"{name}: {width}x{height}, {seen.rate_hz:.0f} pictures a second", _exposure(frame)
+    wanted_hz = exam.config.camera.rate_hz
+    if wanted_hz is not None and seen.rate_hz < _LEAST_SHARE * wanted_hz:
+        cure = "give it light or a shorter exposure, a USB port of its own, smaller pictures; or set [camera] rate_hz"
+        return Finding("camera", State.WARNING, f"{text}, not {wanted_hz:g}", cure)
     if exposure:
         cure = "set [camera] exposure_s, or look at the light"
         return Finding("camera", State.WARNING, f"{text}; {exposure}", cure)
