@@ -5,21 +5,25 @@
 from __future__ import annotations
 
 import signal
+import socket
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import List
+from typing import Iterator, List
 
 import pytest
 
 from base_lab import wait_for
 from bus_lab import free_port, make_keys
 from bus_robot import BusRobot
+from edgefusion.bus.session import open_client
 from edgefusion.errors import RefusedError
 from edgefusion.tools.doctor_bus import exposures
 from edgefusion.tools.doctor_sockets import Socket, sockets_of
+
+HANDLES = 256
 
 ATTENDS = """
 import sys, time
@@ -59,33 +63,60 @@ def test_z2_an_operator_who_is_required_and_halted_stops_the_robot_which_stays_a
         wait_for(it.moving)
 
 
-def opened_by(verb_arguments: List[str], ports: List[int]) -> List[Socket]:
-    """Of a process with these listeners, once it has opened them."""
-    process = subprocess.Popen([sys.executable, "-m", "edgefusion.cli", *verb_arguments])
-    try:
-        folder = Path(f"/proc/{process.pid}")
-        wait_for(lambda: set(ports) <= {each.port for each in sockets_of(folder) if each.listens})
-        time.sleep(0.2)  # for what it might open beside them
-        return sockets_of(folder)
-    finally:
-        process.kill()
-        process.wait()
+class Bus:
+    """`edgefusion bus` with few handles at first; it listens when this returns."""
+
+    def __init__(self, folder: Path, listen: List[str], further: str = "") -> None:
+        self.listen = listen
+        file = folder / "robot.toml"
+        file.write_text(f"[bus]\nlisten = {listen}\n{further}\n")
+        argv = ["sh", "-c", f'ulimit -Sn {HANDLES}; exec "$@"', "sh", sys.executable, "-m", "edgefusion.cli", "bus"]
+        self.process = subprocess.Popen([*argv, "--config", str(file)])
+        ports = {int(each.rsplit(":", 1)[1]) for each in listen}
+        wait_for(lambda: ports <= {each.port for each in self.sockets if each.listens})
+
+    @property
+    def sockets(self) -> List[Socket]:
+        return sockets_of(Path(f"/proc/{self.process.pid}"))
+
+    def end(self) -> None:
+        self.process.kill()
+        self.process.wait()
 
 
-def test_z9_the_bus_as_it_is_without_a_configuration_is_on_loopback_alone(tmp_path) -> None:
-    port = free_port()
-    file = tmp_path / "robot.toml"
-    file.write_text(f'[bus]\nlisten = ["tcp/127.0.0.1:{port}"]\n')  # the usual one, on a port that is free
-    opened = opened_by(["bus", "--config", str(file)], [port])
-    assert all(each.protocol == "tcp" and each.is_loopback for each in opened)
-    assert {each.port for each in opened if each.listens} == {port}
+@pytest.fixture(scope="module")
+def usual_bus(tmp_path_factory) -> Iterator[Bus]:
+    """As it is without a configuration, but for its port, which is one that is free."""
+    bus = Bus(tmp_path_factory.mktemp("bus"), [f"tcp/127.0.0.1:{free_port()}"])
+    yield bus
+    bus.end()
 
 
-def test_z9_a_bus_with_keys_listens_on_the_network_by_tls_alone(tmp_path) -> None:
-    keys, tcp, tls = make_keys(tmp_path / "keys"), free_port(), free_port()
-    listen = [f"tcp/127.0.0.1:{tcp}", f"tls/0.0.0.0:{tls}"]
-    file = tmp_path / "robot.toml"
-    file.write_text(f'[bus]\nkeys = "{keys / "robot"}"\nlisten = {listen}\n')
-    opened = opened_by(["bus", "--config", str(file)], [tcp, tls])
-    assert exposures(opened, listen) == []
-    assert {each.port for each in opened if each.listens and not each.is_loopback} == {tls}
+@pytest.fixture(scope="module")
+def keyed_bus(tmp_path_factory) -> Iterator[Bus]:
+    keys = make_keys(tmp_path_factory.mktemp("keys") / "keys")
+    listen = [f"tcp/127.0.0.1:{free_port()}", f"tls/0.0.0.0:{free_port()}"]
+    bus = Bus(tmp_path_factory.mktemp("bus"), listen, f'keys = "{keys / "robot"}"')
+    yield bus
+    bus.end()
+
+
+def test_z9_the_bus_as_it_is_without_a_configuration_is_on_loopback_alone(usual_bus: Bus) -> None:
+    time.sleep(0.2)  # for what it might open beside its listener
+    assert all(each.protocol == "tcp" and each.is_loopback for each in usual_bus.sockets)
+    assert len([each for each in usual_bus.sockets if each.listens]) == 1
+
+
+def test_z9_a_bus_with_keys_listens_on_the_network_by_tls_alone(keyed_bus: Bus) -> None:
+    time.sleep(0.2)
+    assert exposures(keyed_bus.sockets, keyed_bus.listen) == []
+    assert len([each for each in keyed_bus.sockets if each.listens and not each.is_loopback]) == 1
+
+
+def test_who_connects_without_keys_and_says_nothing_keeps_nobody_out(keyed_bus: Bus) -> None:
+    loopback, network = (each.rsplit(":", 1)[1] for each in keyed_bus.listen)
+    with ExitStack() as stack:
+        for _ in range(HANDLES + 50):
+            stack.enter_context(socket.create_connection(("127.0.0.1", int(network)), 5))
+        with open_client(f"tcp/127.0.0.1:{loopback}", timeout_s=20):
+            pass

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import resource
 import time
+from contextlib import suppress
 from typing import Callable
 
 from edgefusion.bus.liveliness import declare_alive
@@ -22,6 +24,7 @@ def run_bus(config: BusConfig, beats: Heartbeat, pause: Callable[[float], None] 
 
     Raises RefusedError for keys that will not do, OSError for an endpoint that cannot be listened on.
     """
+    _take_all_handles()
     router = open_router(config)
     closable: Closable = router
     token = declare_alive(router, config.robot, COMPONENT)
@@ -33,3 +36,11 @@ def run_bus(config: BusConfig, beats: Heartbeat, pause: Callable[[float], None] 
     finally:
         del token
         closable.close()
+
+
+def _take_all_handles() -> None:
+    """Who connects and then says nothing holds one for some twenty seconds, also without keys: with the usual thousand
+    of them nobody else would get in."""
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
