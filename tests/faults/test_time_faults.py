@@ -118,7 +118,7 @@ def test_s3_a_base_that_was_halted_says_first_to_stop_and_works_with_nothing_tha
     assert drove[0][0].laser.newest.stamp_ns > on_ns
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(4))
 def test_s4_a_cycle_that_is_later_than_200_ms_stops_and_one_that_is_not_does_not(seed: int) -> None:
     rng, bench = np.random.default_rng(seed), driving(Goal("far", Pose2D(3.0, 0.0)), seconds=1.0)
     for _ in range(6):
