@@ -131,6 +131,21 @@ def test_a_robot_that_refuses_says_why(lab: Lab, base: Base, capsys: pytest.Capt
     assert capsys.readouterr().err == "edgefusion: robot/mission/goto: refused: stopped: bumped\n"
 
 
+class Starting(Base):
+    """Its motors are not on yet when it is asked for the first time."""
+
+    def _answer(self, request: Any) -> None:
+        self.refusal = "the motors are off" if isinstance(request, GotoRequest) and not self.refusal else ""
+        super()._answer(request)
+
+
+def test_after_a_resume_a_robot_may_take_its_time_until_it_can_drive(lab: Lab) -> None:
+    base = Starting(lab)
+    with Drives(base, DRIVING, ARRIVED):
+        assert main(["goto", "5", "5", "--resume", "--connect", lab.tcp]) == 0
+    assert [type(each) for each in base.asked] == [StopRequest, ResumeRequest, GotoRequest]
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_who_interrupts_goto_calls_the_robot_off(lab: Lab, base: Base, number: signal.Signals) -> None:
     command = [sys.executable, "-m", "edgefusion.cli", "goto", "5", "5", "--connect", lab.tcp]

@@ -90,7 +90,7 @@ def test_watch_tells_everything_once(lab: Lab, base: Base, capsys: pytest.Captur
         "pose     not known yet",
         "battery  12.5 V",
     ]
-    assert lines[4].startswith("objects  2 in the newest frame, ")
+    assert lines[4].startswith("objects  2 in the newest frame")
     assert lines[5].split() == [
         "oscilloscope",
         "(instrument)",

@@ -6,10 +6,11 @@ from __future__ import annotations
 
 import signal
 import sys
+import time
 from contextlib import contextmanager
 from typing import Callable, Iterator, Optional, Sequence
 
-from edgefusion.bus.client import ENDS, Robot
+from edgefusion.bus.client import ENDS, Errand, Robot
 from edgefusion.bus.requests import GoalRequest
 from edgefusion.bus.session import UnreachableError
 from edgefusion.errors import RefusedError
@@ -19,6 +20,9 @@ from edgefusion.tools.terminal import drop_stdout
 ARRIVED, SILENT, ELSEWHERE, INTERRUPTED = 0, 1, 3, 130
 STOPS = 3
 """So often a robot is told to stop that does not answer: a bus that was gone is back after some seconds."""
+
+RESUMING_S, AGAIN_S = 3.0, 0.2
+"""So long a robot may take until its motors are on after a stop; meanwhile it is asked again and again."""
 
 
 def leave_stop(robot: Robot) -> None:
@@ -31,16 +35,20 @@ def leave_stop(robot: Robot) -> None:
 
 
 def drive(
-    robot: Robot, goal: GoalRequest, inspect: Optional[Sequence[str]], show: Callable[[MissionReport], None]
+    robot: Robot,
+    goal: GoalRequest,
+    inspect: Optional[Sequence[str]],
+    show: Callable[[MissionReport], None],
+    patience_s: float = 0.0,
 ) -> int:
     """Until the mission ends. Returns the exit code. show: is given each report; where it raises OSError, nobody sees
-    how it goes, and that is as good as an interruption.
+    how it goes, and that is as good as an interruption. patience_s: so long a robot may refuse.
 
     Raises RefusedError where the robot will not, UnreachableError where it does not answer or falls silent.
     """
     last = None
     try:
-        for last in robot.progress(robot.goto_all([goal], inspect)):
+        for last in robot.progress(_accepted(robot, goal, inspect, patience_s)):
             show(last)
     except (KeyboardInterrupt, SystemExit):
         return _call_off(robot, "its operator interrupted the drive")
@@ -52,6 +60,17 @@ def drive(
     if last is None:
         raise UnreachableError("the connection was closed before the robot had arrived")
     return _code(last)
+
+
+def _accepted(robot: Robot, goal: GoalRequest, inspect: Optional[Sequence[str]], patience_s: float) -> Errand:
+    end_s = time.monotonic() + patience_s
+    while True:
+        try:
+            return robot.goto_all([goal], inspect)
+        except RefusedError:
+            if time.monotonic() >= end_s:
+                raise
+        time.sleep(AGAIN_S)
 
 
 def _code(last: MissionReport) -> int:

@@ -41,7 +41,7 @@ def listen(session: zenoh.Session, robot: str, seconds: float) -> list[Heard]:
 
 def in_words(heard: Sequence[Heard]) -> list[str]:
     """A table: what goes out from the robot, then what comes in to it."""
-    row = "{:<21} {:<33} {:>6} {:>9}"
+    row = "{:<21} {:<34} {:>6} {:>9}"
     lines = [row.format("topic", "type", "Hz", "kB/s")]
     for direction in ("out", "in"):
         for each in (one for one in heard if one.direction == direction):

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from typing import Dict, Sequence
+from typing import Dict, Sequence, Set
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,8 @@ FARTHEST_M = 8.0
 
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 _SIZE_M, _POINT_M, _WAY_M = (0.2, 0.2, 0.1), 0.03, 0.02
-_WHITE, _GREY, _GREEN = (255, 255, 255), (150, 150, 150), (80, 220, 120)
+_ORANGE, _GREY, _GREEN = (245, 130, 30), (150, 150, 150), (60, 190, 100)
+"""Seen on black and on white."""
 
 
 class ViewLog:
@@ -37,6 +38,7 @@ class ViewLog:
         self._recording = recording
         self._frames: Dict[str, FrameTransform] = {}
         self._camera: Intrinsics | None = None
+        self._plotted: Set[str] = set()
         self._laser_frame, self._camera_frame = LASER, CAMERA_OPTICAL
 
     def mounting(self, transforms: Sequence[StampedTransform]) -> None:
@@ -56,8 +58,8 @@ class ViewLog:
         """The robot, where it is."""
         T = reckoning.pose.matrix()
         self._log("odom/robot", rr.Transform3D(translation=T[:3, 3], mat3x3=T[:3, :3]))
-        self._log("odom/robot/body", rr.Boxes3D(half_sizes=[_SIZE_M], colors=[_WHITE]))
-        self._log("odom/robot/ahead", rr.Arrows3D(vectors=[(0.5, 0, 0)], colors=[_WHITE]))
+        self._log("odom/robot/body", rr.Boxes3D(half_sizes=[_SIZE_M], colors=[_ORANGE]))
+        self._log("odom/robot/ahead", rr.Arrows3D(vectors=[(0.5, 0, 0)], colors=[_ORANGE]))
 
     def scan(self, scan: Scan, frame: str) -> None:
         """From above, and over the image. frame: where the laser is; empty: the usual one."""
@@ -90,7 +92,7 @@ class ViewLog:
             rr.Boxes2D(array=boxes, array_format=rr.Box2DFormat.XYXY, labels=labels, show_labels=True, draw_order=30),
         )
         for one in sorted(each, key=lambda detection: -detection.distance_m):
-            self._log(f"distance_m/{_name(one.label)}", rr.Scalars(one.distance_m))
+            self._plot(f"distance_m/{_name(one.label)}", one.label, one.distance_m)
 
     def path(self, poses: Sequence[Pose2D]) -> None:
         """The way that is left, and the goal, where it ends."""
@@ -106,7 +108,14 @@ class ViewLog:
             for name, value in report.figures.items():
                 if _NUMBER.fullmatch(value):
                     folder = "times_ms" if name.endswith("[ms]") else "figures"  # counts would flatten the times
-                    self._log(f"{folder}/{_name(component)}/{_name(name)}", rr.Scalars(float(value)))
+                    plain_name = name.replace(" [ms]", "")
+                    self._plot(f"{folder}/{_name(component)}/{_name(name)}", f"{component} {plain_name}", float(value))
+
+    def _plot(self, path: str, name: str, value: float) -> None:
+        if path not in self._plotted:
+            self._plotted.add(path)
+            self._recording.log(path, rr.SeriesLines(names=[name]), static=True)
+        self._log(path, rr.Scalars(value))
 
     def _log(self, path: str, what: rr.AsComponents) -> None:
         self._recording.log(path, what)

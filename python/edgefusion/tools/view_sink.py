@@ -7,13 +7,16 @@ from __future__ import annotations
 import socket
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Iterator, Optional
+from typing import Any, Dict, Iterator, Optional
 from urllib.parse import quote
 
 import rerun as rr
 import rerun.blueprint as rrb
 
 from edgefusion.errors import RefusedError
+
+AHEAD_M, EYE_M = 2.0, 12.0
+"""What is looked down at, before the robot, and from how high."""
 
 
 @contextmanager
@@ -38,12 +41,19 @@ def open_recording(save: Optional[Path], web: bool, web_port: int, data_port: in
 
 def layout() -> rrb.Blueprint:
     """The image and the view from above, the plots below."""
-    above = rrb.Spatial3DView(origin="/odom", name="from above")
+    above = rrb.Spatial3DView(origin="/odom", name="from above", **_looking_down())
     image = rrb.Spatial2DView(origin="/camera", name="camera")
     distances = rrb.TimeSeriesView(origin="/distance_m", name="distances [m]")
     times = rrb.TimeSeriesView(origin="/times_ms", name="stage times [ms]")
     shown = rrb.Vertical(rrb.Horizontal(image, above), rrb.Horizontal(distances, times), row_shares=[3, 1])
-    return rrb.Blueprint(shown, rrb.TimePanel(timeline="robot"), collapse_panels=True)
+    return rrb.Blueprint(shown, rrb.TimePanel(timeline="robot", state="collapsed"), collapse_panels=True)
+
+
+def _looking_down() -> Dict[str, Any]:
+    """x, where the robot looked at first, is up. Older Rerun takes no place of the eye, and looks from the side."""
+    eye = getattr(rrb, "EyeControls3D", None)
+    place = {"position": (AHEAD_M, 0, EYE_M), "look_target": (AHEAD_M, 0, 0), "eye_up": (1, 0, 0)}
+    return {} if eye is None else {"eye_controls": eye(**place, tracking_entity="/odom/robot")}
 
 
 def _serve(recording: rr.RecordingStream, web_port: int, data_port: int) -> None:

@@ -15,6 +15,7 @@ from edgefusion.messages.to_healths import Report
 from edgefusion.tools.mission_words import mission_in_words, pose_in_words
 from edgefusion.types import Detection
 
+_NAME = 28
 SILENT_S = 3.0
 """What is older is told with its age."""
 
@@ -114,16 +115,18 @@ def _object_lines(seen: Seen | None) -> Iterator[str]:
         return
     detections = sorted(seen.frame.detections, key=lambda detection: detection.distance_m)
     silent = f"; it came {seen.age_s:.0f} s ago" if seen.age_s > SILENT_S else ""
-    yield f"objects  {len(detections)} in the newest frame, {seen.rate_hz:.1f} frames/s{silent}"
+    rate = f", {seen.rate_hz:.1f} frames/s" if seen.rate_hz or silent else ""  # of a single frame there is none
+    yield f"objects  {len(detections)} in the newest frame{rate}{silent}"
     yield from map(_object_line, detections)
 
 
 def _object_line(detection: Detection) -> str:
     name = f"{detection.label} ({detection.group})" if detection.group else detection.label
+    name = name if len(name) <= _NAME else f"{name[: _NAME - 2]}.."
     distance = f"{detection.distance_m:5.2f} m +-{detection.distance_sigma_m:.2f}"
     side = "left" if detection.bearing >= 0 else "right"
     return (
-        f"         {name:<28.28} {distance} {abs(math.degrees(detection.bearing)):3.0f} deg {side:<5}"
+        f"         {name:<{_NAME}} {distance} {abs(math.degrees(detection.bearing)):3.0f} deg {side:<5}"
         f" score {detection.score:.2f}"
     )
 
