@@ -16,7 +16,7 @@ from edgefusion.messages import Message, ros_name
 from edgefusion.messages.cdr import encode
 from edgefusion.messages.definitions import definition
 from edgefusion.messages.from_camera_info import from_camera_info
-from edgefusion.messages.from_image import from_jpeg
+from edgefusion.messages.from_jpeg import from_jpeg
 from edgefusion.messages.from_scan import from_scan
 from edgefusion.messages.from_transforms import from_transforms
 from edgefusion.messages.intrinsics import Intrinsics

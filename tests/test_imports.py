@@ -71,3 +71,9 @@ def test_the_command_line_loads_neither_the_core_nor_the_runtime_before_a_verb_r
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_base_loads_neither_the_runtime_nor_opencv_also_where_it_keeps_pictures() -> None:
+    code = "import sys, edgefusion.service.base_process; print([m for m in ('onnxruntime', 'cv2') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 from edgefusion.errors import RefusedError
 from edgefusion.messages.cdr import WireError
 from edgefusion.messages.from_camera_info import from_camera_info
-from edgefusion.messages.from_image import from_image, from_jpeg
+from edgefusion.messages.from_image import from_image
+from edgefusion.messages.from_jpeg import from_jpeg
 from edgefusion.messages.intrinsics import Intrinsics
 from edgefusion.messages.pictures import decode_picture, encode_jpeg, picture_size
 from edgefusion.messages.sensor_msgs import RegionOfInterest

@@ -9,7 +9,7 @@ from typing import Callable
 from edgefusion.bus import topics
 from edgefusion.bus.publisher import Publisher
 from edgefusion.bus.topics import Topic
-from edgefusion.messages.from_image import from_jpeg
+from edgefusion.messages.from_jpeg import from_jpeg
 from edgefusion.messages.from_mission import from_mission
 from edgefusion.messages.picture_exchange import from_picture_exchange
 from edgefusion.messages.stamps import Stamper

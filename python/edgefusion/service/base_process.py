@@ -25,6 +25,7 @@ from edgefusion.service.real_time import RealTime
 from edgefusion.service.robot_device import RobotReport
 from edgefusion.service.teller import Teller
 from edgefusion.service.utc import utc_offset_ns
+from edgefusion.tools.inspection_files import save_inspection
 from edgefusion.types import Pose2D, Scan
 
 KEEPING_S = 1.0
@@ -90,8 +91,6 @@ class BaseProcess:
     def _keep(self, result: InspectionResult) -> None:
         folder = self._config.mission.inspections
         if folder is not None:
-            from edgefusion.tools.inspection_files import save_inspection  # OpenCV, for who keeps pictures alone
-
             path = save_inspection(Path(folder), result, utc_offset_ns=self._utc_offset_ns)
             log.info("%s of %s is kept as %s", result.id, result.label, path)
 

@@ -16,7 +16,7 @@ from edgefusion.messages.camera_view import CameraView
 from edgefusion.messages.from_clusters import from_clusters
 from edgefusion.messages.from_detections import from_detections
 from edgefusion.messages.from_detections_detail import from_detections_detail
-from edgefusion.messages.from_image import from_jpeg
+from edgefusion.messages.from_jpeg import from_jpeg
 from edgefusion.messages.picture_exchange import PictureAnswerDetail, from_picture_exchange
 from edgefusion.messages.stamps import Stamper
 from edgefusion.perception.calibration import Calibration

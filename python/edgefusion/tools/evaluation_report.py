@@ -16,7 +16,7 @@ from edgefusion.tools.draw import WHITE, draw_tag
 from edgefusion.tools.evaluation import Look, Outcome, Watcher
 from edgefusion.tools.look_pictures import LookPictures
 from edgefusion.tools.measure import Seen
-from edgefusion.tools.results import writing
+from edgefusion.tools.writing import writing
 from edgefusion.types import Detection
 
 FAILURES = 24

@@ -11,14 +11,13 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-import cv2
 import msgspec
 import numpy as np
 
 from edgefusion.errors import RefusedError
 from edgefusion.navigation.inspection_result import InspectionResult
 from edgefusion.recording.detections import with_whole_vote
-from edgefusion.tools.results import writing
+from edgefusion.tools.writing import writing
 
 ENCODED = {b"\xff\xd8\xff": ".jpg", b"\x89PNG\r\n\x1a\n": ".png"}
 """How a picture that is encoded already begins."""
@@ -101,6 +100,8 @@ def _encoded(image: Any, suffix: str) -> Picture:
     ):
         got = f"{image.dtype} {list(image.shape)}" if isinstance(image, np.ndarray) else type(image).__name__
         raise RefusedError(f"picture: expected uint8 [height, width, 3] or bytes, got {got}")
+    import cv2  # not for who has encoded pictures alone: a base that drives is not to wait for it
+
     return Picture(suffix, cv2.imencode(suffix, image)[1].tobytes())
 
 

@@ -5,10 +5,9 @@
 from __future__ import annotations
 
 import shutil
-from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, Iterator, Sequence
+from typing import Any, BinaryIO, Sequence
 
 import cv2
 import msgspec
@@ -17,6 +16,7 @@ import numpy.typing as npt
 
 from edgefusion.errors import RefusedError
 from edgefusion.recording.detections import to_json_line
+from edgefusion.tools.writing import writing
 from edgefusion.types import Detection
 
 DETECTIONS, SUMMARY, PICTURES = "detections.jsonl", "summary.json", ("annotated", "scans")
@@ -89,15 +89,6 @@ class ResultsFolder:
                 shutil.rmtree(path)
             elif path.exists():
                 path.unlink()
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Raises RefusedError naming the path for what the system refuses."""
-    try:
-        yield
-    except OSError as error:
-        raise RefusedError(f"{error.filename or path}: cannot write there: {error.strerror or error}") from error
 
 
 def results_path(asked: Path | None, name: str, overwrite: bool) -> Path:
