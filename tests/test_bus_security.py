@@ -7,6 +7,7 @@ The figures of Z5 and Z9 in small; in full by `make faults`.
 
 from __future__ import annotations
 
+import threading
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -17,7 +18,7 @@ import zenoh
 
 import edgefusion
 from bus_lab import QUIET_S, Lab, Sink, free_port, make_keys, until
-from edgefusion.bus.freshness import CommandLimits, Freshness, limits_of
+from edgefusion.bus.freshness import CommandLimits, Freshness, Refusal, limits_of
 from edgefusion.bus.inbox import Inbox
 from edgefusion.bus.liveliness import Alive, declare_alive
 from edgefusion.bus.publisher import CommandPublisher, Publisher
@@ -122,7 +123,7 @@ def test_nobody_else_answers_in_the_robots_place(lab: Lab) -> None:
 
 
 def test_a_stop_right_after_anything_else_is_never_lost(keys: Path) -> None:
-    """Sent at once and once: what the router drops for coming too fast is not sent again here."""
+    """Sent at once and once: what the router drops for coming too fast, as a second stop, is not sent again here."""
     with ExitStack() as stack:
         lab = Lab(stack, keys, max_command_hz=1.0)
         lab.router()
@@ -133,12 +134,34 @@ def test_a_stop_right_after_anything_else_is_never_lost(keys: Path) -> None:
         ]
         ask(operator, "robot/stop", StopRequest(), Tagger())
         for _ in range(50):
+            time.sleep(0.002)
             operator.put("robot/cmd_vel", b"x")
             for name, payload in ((GOTO, b'{"goals":[{"x_m":1,"y_m":2}]}'), (STOP, b"{}")):
                 answers = operator.get(f"robot/{name}", payload=payload, attachment=tagger.command(5000), timeout=5.0)
             assert list(answers)  # the stop's
         assert len([each for each in asked if isinstance(each, StopRequest)]) == 51
         assert services[1].freshness.counts == {}
+
+
+def test_who_floods_with_what_is_no_stop_cannot_keep_out_the_stop_of_another(lab: Lab) -> None:
+    asked, over = [], threading.Event()
+    service = Service(lab.member(), "robot/stop", StopRequest, asked.append, Freshness(CommandLimits(4096, 50.0)))
+    bad, good, tagger = lab.client("operator"), lab.client("operator"), Tagger()
+
+    def flood() -> None:
+        while not over.is_set():
+            bad.get("robot/stop", payload=b"no stop", attachment=tagger.command(1000), timeout=0.5)
+
+    flooding = threading.Thread(target=flood)
+    flooding.start()
+    try:
+        until(lambda: service.freshness.counts[Refusal.MALFORMED] > 100)
+        for _ in range(5):
+            ask(good, "robot/stop", StopRequest(), Tagger())
+    finally:
+        over.set()
+        flooding.join()
+    assert len(asked) == 5
 
 
 def test_viewers_see_who_is_alive_and_cannot_pretend_to_be(lab: Lab) -> None:
