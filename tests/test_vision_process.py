@@ -100,6 +100,8 @@ def test_the_process_sees_says_when_its_camera_hangs_and_ends_as_asked(tmp_path:
         stack.callback(server.stop)
         lab.router()
         config = write_config(tmp_path, MODEL, server.url, lab.tcp)
+        with config.open("a", encoding="utf-8") as file:
+            file.write("[mission]\ninterest = ['oscilloscope', 'unicorn']\n")
         mine, line = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         environment = {**os.environ, ENVIRONMENT: str(line.fileno())}
         command = [sys.executable, "-m", "edgefusion.cli", "vision", "--config", str(config)]
@@ -138,4 +140,5 @@ def test_the_process_sees_says_when_its_camera_hangs_and_ends_as_asked(tmp_path:
         mine.close()
     assert process.returncode == 0
     assert "first look" in said
+    assert "mission.interest: never seen: " in said and "unicorn" in said
     assert "Traceback" not in said

@@ -7,6 +7,7 @@ from __future__ import annotations
 import logging
 import time
 from pathlib import Path
+from typing import Sequence
 
 from edgefusion.clock import Clock, system_clock
 from edgefusion.config import Config, VisionConfig
@@ -44,6 +45,7 @@ def run_vision(config: Config, beats: Heartbeat, clock: Clock = system_clock) ->
     groups = LabelGroups.load(None if settings.groups is None else Path(settings.groups))
     classifier = open_classifier(Path(settings.model), options=runtime_options(settings))
     log.info("%s runs on %s, %s", settings.model, classifier.provider, scheduling())
+    _warn_of_unknown(config.mission.interest, groups, classifier.labels)
     detector = Detector(classifier, calibration, config.perception, groups, clock)
     with robot_time(config.bus) as known:
         robot_clock = _known(known, beats)
@@ -66,6 +68,15 @@ def run_vision(config: Config, beats: Heartbeat, clock: Clock = system_clock) ->
                 _see(vision, beats, robot_clock.of(start_ns), known)
             finally:
                 vision.end()
+
+
+def _warn_of_unknown(interest: Sequence[str], groups: LabelGroups, labels: Sequence[str]) -> None:
+    """It is no reason not to see: goals may bring what they are interested in."""
+    for name in interest:
+        try:
+            groups.labels_of(name, labels)
+        except RefusedError as error:
+            log.warning("mission.interest: never seen: %s", error)
 
 
 def _known(known: Known, beats: Heartbeat) -> RobotClock | None:
