@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Queries: every one that reaches the robot is answered, accepted or refused, with the reason."""
+"""Queries: every one that reaches the robot is answered, accepted or refused, with the reason. The key of most is one
+whose rate the router does not limit."""
 
 from __future__ import annotations
 
@@ -32,7 +33,7 @@ def lab() -> Iterator[Lab]:
 
 
 def serve(lab: Lab, handle: Callable[[Any], None], limits: CommandLimits = LIMITS) -> Service[StopRequest]:
-    return Service(lab.member(), "robot/stop", StopRequest, handle, Freshness(limits), clock=lambda: 77)
+    return Service(lab.member(), "robot/question", StopRequest, handle, Freshness(limits), clock=lambda: 77)
 
 
 def accept(_: object) -> None:
@@ -41,7 +42,7 @@ def accept(_: object) -> None:
 
 def raw(session: zenoh.Session, payload: bytes, tag: Optional[bytes]) -> Answer:
     """As a client sends it that is not ours."""
-    replies = session.get("robot/stop", payload=payload, attachment=tag, timeout=5.0)
+    replies = session.get("robot/question", payload=payload, attachment=tag, timeout=5.0)
     (answer,) = [read_json(Answer, reply.ok.payload.to_bytes()) for reply in replies if reply.ok is not None]
     return answer
 
@@ -49,7 +50,7 @@ def raw(session: zenoh.Session, payload: bytes, tag: Optional[bytes]) -> Answer:
 def test_what_is_accepted_is_done_once_and_answered_by_the_robots_clock(lab: Lab) -> None:
     asked = []
     service = serve(lab, asked.append)
-    assert ask(lab.client(), "robot/stop", StopRequest("a cat"), Tagger()) == Answer(True, "", 77)
+    assert ask(lab.client(), "robot/question", StopRequest("a cat"), Tagger()) == Answer(True, "", 77)
     assert asked == [StopRequest("a cat")]
     assert service.freshness.accepted == 1
 
@@ -60,8 +61,8 @@ def test_what_the_robot_refuses_or_cannot_do_in_time_is_refused_with_the_reason(
         raise error
 
     service = serve(lab, refuse)
-    with pytest.raises(RefusedError, match="robot/stop: refused: not now"):
-        ask(lab.client(), "robot/stop", StopRequest(), Tagger())
+    with pytest.raises(RefusedError, match="robot/question: refused: not now"):
+        ask(lab.client(), "robot/question", StopRequest(), Tagger())
     service.undeclare()
 
 
@@ -73,7 +74,7 @@ def test_a_handler_that_fails_is_logged_and_answered_without_its_secrets(
 
     service = serve(lab, fail)
     with pytest.raises(RefusedError, match=r"refused: failed: KeyError$"):
-        ask(lab.client(), "robot/stop", StopRequest(), Tagger())
+        ask(lab.client(), "robot/question", StopRequest(), Tagger())
     assert [record.levelno for record in caplog.records] == [logging.ERROR]
     service.undeclare()
 
@@ -136,13 +137,13 @@ def test_a_stop_does_not_wait_for_another_request_that_takes_long(lab: Lab) -> N
 
     services = [
         Service(robot, "robot/resume", ResumeRequest, slow, Freshness(LIMITS)),
-        Service(robot, "robot/stop", StopRequest, accept, Freshness(LIMITS)),
+        Service(robot, "robot/question", StopRequest, accept, Freshness(LIMITS)),
     ]
     client, tagger = lab.client(), Tagger()
     waiting = threading.Thread(target=lambda: ask(client, "robot/resume", ResumeRequest(), tagger, 5))
     waiting.start()
     assert busy.wait(5)
-    ask(client, "robot/stop", StopRequest(), tagger)
+    ask(client, "robot/question", StopRequest(), tagger)
     assert waiting.is_alive()
     free.set()
     waiting.join()
@@ -157,10 +158,10 @@ def test_more_requests_than_can_wait_are_not_kept(lab: Lab) -> None:
         free.wait(5)
 
     service, client, tagger = serve(lab, slow), lab.client(), Tagger()
-    pending = [client.get("robot/stop", payload=b"{}", attachment=tagger.command(60_000), timeout=5.0)]
+    pending = [client.get("robot/question", payload=b"{}", attachment=tagger.command(60_000), timeout=5.0)]
     assert busy.wait(5)
     pending += [
-        client.get("robot/stop", payload=b"{}", attachment=tagger.command(60_000), timeout=5.0)
+        client.get("robot/question", payload=b"{}", attachment=tagger.command(60_000), timeout=5.0)
         for _ in range(MOST_WAITING + 5)
     ]
     assert not any(list(replies) for replies in pending[-5:])
@@ -173,7 +174,7 @@ def test_a_request_is_sent_again_until_there_is_somebody_to_answer(lab: Lab) -> 
     client, services = lab.client(), []
     late = threading.Timer(0.2, lambda: services.append(serve(lab, accept)))
     late.start()
-    ask(client, "robot/stop", StopRequest(), Tagger(), timeout_s=5)
+    ask(client, "robot/question", StopRequest(), Tagger(), timeout_s=5)
     until(lambda: services)
     late.join()
 
