@@ -55,8 +55,8 @@ class LogWriter(logging.Handler):
         line = self.format(record)
         if self._lost:
             line, self._lost = f"{line} ({self._lost} lines before it are lost: nobody read them)", 0
-        self._handed += 1
         self._lines.append(line)
+        self._handed += 1  # after it: a signal's exception may come in between
         self._wake()
 
     def flush(self) -> None:

@@ -44,7 +44,7 @@ class Quiet(logging.Filter):
         super().__init__()
         self._burst, self._window_ns, self._clock = burst, window_ns, clock
         self._seen: OrderedDict[Tuple[str, int, int, str], _Flood] = OrderedDict()
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal's exception, or its log, may come in the middle
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether it is to be told; adds to it how many before it were not."""
