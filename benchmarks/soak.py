@@ -62,7 +62,9 @@ def soak(args: argparse.Namespace) -> Result:
     finally:
         wrong += rig.close()
     wrong += tracebacks(rig.folder)
-    return Result(run.happened, rig.traces.growths(), rig.contacts, [*rig.crashes, *wrong], dict(rig.goals))
+    return Result(
+        run.happened, rig.traces.growths(), rig.contacts, [*rig.crashes, *wrong], dict(rig.goals), rig.traces.series
+    )
 
 
 def _parser() -> argparse.ArgumentParser:

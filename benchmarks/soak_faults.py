@@ -24,11 +24,16 @@ def _mend(rig: SoakRig) -> None:
     rig.devices.mend()
 
 
+def _nothing(_: SoakRig) -> None:
+    """It mends itself."""
+
+
 @dataclass(frozen=True)
 class SoakFault:
     """wanted: that the robot is told to stand, or that its wheels stand, within the limit [s]; that it hears commands
     at least so often; or nothing but that it touches nothing and drives again. early: only in the first third, so that
-    later the processes live long enough to see whether they grow."""
+    later the processes live long enough to see whether they grow. deaf: until it stands the robot hears nothing, and
+    nobody can keep it from what is before it."""
 
     name: str
     inject: Act
@@ -36,13 +41,18 @@ class SoakFault:
     wanted: Wanted = "nothing"
     limit_s: float = 0.0
     early: bool = False
+    deaf: bool = False
+
+    @property
+    def mends_itself(self) -> bool:
+        return self.mend is _nothing
 
 
-def _device(text: str, wanted: Wanted = "nothing", limit_s: float = 0.0) -> SoakFault:
+def _device(text: str, wanted: Wanted = "nothing", limit_s: float = 0.0, deaf: bool = False) -> SoakFault:
     def inject(rig: SoakRig) -> None:
         rig.devices.inject(parse_fault(text), time.monotonic_ns())
 
-    return SoakFault(text, inject, _mend, wanted, limit_s)
+    return SoakFault(text, inject, _mend, wanted, limit_s, deaf=deaf)
 
 
 def _signal(name: str, number: signal.Signals, wanted: Wanted, limit_s: float, early: bool) -> SoakFault:
@@ -54,10 +64,6 @@ def _signal(name: str, number: signal.Signals, wanted: Wanted, limit_s: float, e
 
 def _player(who: str, name: str) -> SoakFault:
     return SoakFault(name, lambda rig: rig.play(who), lambda rig: rig.leave(who), "heard", GAP_S)
-
-
-def _nothing(_: SoakRig) -> None:
-    """It mends itself."""
 
 
 def _unplug(rig: SoakRig) -> None:
@@ -95,7 +101,7 @@ FAULTS: Tuple[SoakFault, ...] = (
     _device("laser=slow:4"),
     _device("laser=intermittent:0.5"),
     SoakFault("laser unplugged", _unplug, _plug, "told", 0.1),
-    _device("robot=off", "halted", 4.0),  # it hears nothing: its firmware waits 2 s, and brakes from 0.5 m/s
+    _device("robot=off", "halted", 4.0, deaf=True),  # it hears nothing: its firmware waits 2 s, and brakes from 0.5 m/s
     _device("robot=stuck", "told", 1.1),
     _device("robot=garbage:0.01"),
     _device("robot=wrong"),

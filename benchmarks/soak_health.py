@@ -74,9 +74,9 @@ class Traces:
                 self._samples.setdefault((name, pid), []).append(found)
 
     @property
-    def newest(self) -> Dict[str, Sample]:
-        """By name."""
-        return {name: samples[-1] for (name, _), samples in self._samples.items()}
+    def series(self) -> Dict[str, List[Sample]]:
+        """All of it, by name and id."""
+        return {f"{name} {pid}": samples for (name, pid), samples in self._samples.items()}
 
     def growths(self) -> List[Growth]:
         """One for each name: of those that had it, the one that lived longest after it was warm."""

@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import math
 import statistics
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Sequence
 
 from benchmarks.fault_row import ALLOWED
 from benchmarks.run import markdown
-from benchmarks.soak_health import Growth
+from benchmarks.soak_health import Growth, Sample
 from benchmarks.soak_run import Happened
 
 GROWTH_MB, MORE = 5.0, 0
@@ -24,13 +24,20 @@ _WANTED = {"told": "told to stand in", "halted": "stands in", "heard": "hears co
 
 @dataclass(frozen=True)
 class Result:
-    """wrong: what ended though it should not have, or otherwise than it should."""
+    """contacts: all of them. wrong: what ended though it should not have, or otherwise than it should. series: what the
+    processes took, by name and id."""
 
     happened: Sequence[Happened]
     growths: Sequence[Growth]
     contacts: int
     wrong: Sequence[str]
     goals: Mapping[str, int]
+    series: Mapping[str, Sequence[Sample]] = field(default_factory=dict)
+
+    @property
+    def unhelped(self) -> int:
+        """Contacts of a robot that heard nothing."""
+        return sum(each.unhelped for each in self.happened)
 
     @property
     def missed(self) -> List[Happened]:
@@ -44,8 +51,8 @@ class Result:
     def broken(self) -> List[str]:
         """What no load of the machine explains."""
         found = list(self.wrong)
-        if self.contacts:
-            found.append(f"expected no contact, got {self.contacts}")
+        if self.contacts > self.unhelped:
+            found.append(f"expected no contact, got {self.contacts - self.unhelped}")
         for each in self.happened:
             if each.took_s is not None and each.took_s > ALLOWED * each.fault.limit_s:
                 found.append(f"{each.fault.name} at {each.at_s:.0f} s: took {_shown(each.took_s)}")
@@ -59,11 +66,13 @@ class Result:
         """For the JSON."""
         return {
             "contacts": self.contacts,
+            "contacts_unhelped": self.unhelped,
             "wrong": list(self.wrong),
             "goals": dict(self.goals),
             "missed": len(self.missed),
             "faults": [_record(each) for each in self.happened],
             "processes": [_process(each) for each in self.growths],
+            "series": {name: [list(each) for each in samples] for name, samples in self.series.items()},
         }
 
 
@@ -85,8 +94,8 @@ def line_of(happened: Happened) -> str:
     words = [f"{happened.at_s:6.0f} s  {happened.fault.name}: drives again in {_shown(happened.again_s)}"]
     if happened.took_s is not None:
         words.append(f"{_WANTED[happened.fault.wanted]} {_shown(happened.took_s)}")
-    if happened.touched:
-        words.append(f"{happened.touched} contacts")
+    if happened.touched or happened.unhelped:
+        words.append(f"{happened.touched} contacts, {happened.unhelped} while it heard nothing")
     return ", ".join(words) + (", MISSED" if happened.missed else "")
 
 
@@ -98,7 +107,8 @@ def tables(result: Result) -> str:
     processes = ("process", "judged", "RSS, first", "last", "grew", "handles", "threads", "")
     goals = ", ".join(f"{count} {name}" for name, count in sorted(result.goals.items()))
     said = [
-        f"- faults: {len(result.happened)}; stop budgets missed: {len(result.missed)}; contacts: {result.contacts}",
+        f"- faults: {len(result.happened)}; stop budgets missed: {len(result.missed)}; contacts: "
+        f"{result.contacts - result.unhelped}, and {result.unhelped} while the robot heard nothing at all",
         f"- ended by themselves or not as they should: {'; '.join(result.wrong) or 'none'}",
         f"- what the operator heard: {goals}",
     ]

@@ -46,6 +46,7 @@ class SoakRig:
         self.contacts = 0
         self.crashes: List[str] = []
         self.goals: Dict[str, int] = Counter()
+        self._diary = (folder / "diary.txt").open("w", encoding="utf-8")
         self._players: Dict[str, Player] = {}
         self._doomed: Set[str] = set()
         self._pids: Dict[str, int] = {}
@@ -126,7 +127,9 @@ class SoakRig:
         self.devices.pump(now_ns)
         self.told.look(self.devices.robot.heard)
         touches = any(any(side) for side in self.devices.world.body.bumpers)
-        self.contacts += touches and not self._touches
+        if touches and not self._touches:
+            self.contacts += 1
+            self.note("contact")
         self._touches = touches
         operator = self._players.get("operator")
         if operator is not None:
@@ -160,17 +163,23 @@ class SoakRig:
             if name in self._doomed:
                 self._doomed.discard(name)
             else:
-                self._note(f"{name} ended")
+                self._crash(f"{name} ended")
         self._pids = {**self._pids, **pids}
         for name, player in list(self._players.items()):
             if not player.lives:
-                self._note(f"{name} ended")
+                self._crash(f"{name} ended")
                 del self._players[name]
         sampled = {**pids, **{name: player.pid for name, player in self._players.items()}}
         self.traces.look((now_ns - self.begun_ns) / 1e9, sampled)
 
-    def _note(self, what: str) -> None:
+    def _crash(self, what: str) -> None:
         self.crashes.append(f"{what} at {(time.monotonic_ns() - self.begun_ns) / 1e9:.0f} s")
+        self.note(what)
+
+    def note(self, what: str) -> None:
+        """With the time of day, by which the logs of the processes go."""
+        self._diary.write(f"{time.strftime('%H:%M:%S')} {what}\n")
+        self._diary.flush()
 
     def close(self) -> List[str]:
         """What did not end as it should have."""
@@ -184,4 +193,5 @@ class SoakRig:
             if took_s > ALLOWED * ENDS_S:
                 wrong.append(f"the robot's processes took {took_s:.1f} s to end")
         self.devices.close()
+        self._diary.close()
         return wrong

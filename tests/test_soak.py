@@ -34,9 +34,13 @@ class VirtualRig:
         self.rng, self.told = np.random.default_rng(0), ToldWatch()
         self.now_s, self.contacts, self.late_s, self.stays = 1000.0, 0, late_s, stays
         self._faulty_s, self._mended, self.silent = math.inf, True, False
+        self.diary: List[str] = []
 
     def fault(self, name: str, **facts: Any) -> SoakFault:
         return SoakFault(name, lambda _: self.break_(), lambda _: self.mend(), **facts)
+
+    def note(self, what: str) -> None:
+        self.diary.append(what)
 
     def break_(self) -> None:
         self._faulty_s, self._mended = self.now_s, False
@@ -111,13 +115,20 @@ def test_what_is_touched_breaks_the_soak() -> None:
     assert "1 contacts" in line_of(happened)
 
 
+def test_what_a_robot_touches_that_hears_nothing_is_told_apart() -> None:
+    happened = Happened(FAULTS[0], 0.0, 0.1, 1.0, touched=0, unhelped=1)
+    found = Result([happened], (), 1, (), {})
+    assert found.broken == []
+    assert "contacts: 0, and 1 while the robot heard nothing" in tables(found)
+
+
 def test_what_is_early_comes_in_the_first_third_alone() -> None:
     rig = VirtualRig()
     faults = [rig.fault("killed", early=True), rig.fault("off")]
     happened = soaked(rig, faults, 1800.0)
     early_s = [each.at_s for each in happened if each.fault.early]
-    assert early_s
-    assert max(early_s) < 660.0
+    assert len(early_s) == 5
+    assert max(early_s) < 600.0
     assert max(each.at_s for each in happened) > 1740.0
     assert len(happened) == 30
 
