@@ -137,7 +137,7 @@ def test_keys_that_others_can_read_or_that_are_missing_are_refused(tmp_path: Pat
 
 def test_a_machine_without_the_router_asks_for_it(tmp_path: Path) -> None:
     port = free_port()
-    exam = examination(tmp_path, bus={"connect": f"tcp/127.0.0.1:{port}"}, service={"processes": ("vision",)})
+    exam = examination(tmp_path, bus={"connect": f"tcp/127.0.0.1:{port}"}, service={"processes": ("base",)})
     (finding,) = check_bus(exam, connect_s=0.3)
     assert told([finding]) == ["failed bus"]
     assert "no router let us in" in finding.text
