@@ -77,7 +77,7 @@ def cells(name: str, load: Load) -> List[str]:
         word = "not allowed here"
     figures = load.figures
     times = (f"{value:.1f} ms" for value in (aim_ms, load.p50, load.p99, load.worst))
-    vision = f"{load.cores.get('vision', 0):.2f} cores"
+    vision = f"{load.cores['vision']:.2f} cores" if "vision" in load.cores else "died"
     rate, infer = f"{figures.get('frames [Hz]', '-')} a second", f"{figures.get('infer [ms]', '-')} ms"
     return [name, *times, str(load.cycles), vision, rate, infer, word]
 

@@ -73,7 +73,8 @@ def loaded(setup: RobotSetup, folder: Path, wrapper: Sequence[str], window_s: fl
         _drive_about(robot, begun_s + window_s)
         reports, spent_s = _figures(robot), time.monotonic() - begun_s
         after = _busy(process.pid)
-        cores = {name: (after[name] - busy) / spent_s for name, busy in before.items() if name in after}
+        lived = before.keys() & after.keys()  # who was started anew meanwhile has another number
+        cores = {name: (after[name, pid] - before[name, pid]) / spent_s for name, pid in lived}
         base = reports["base"]
         late = [float(base[f"lateness {name} [ms]"]) for name in ("p50", "p99", "max")]
         threads = _in_real_time(processes(process.pid)["base"])
@@ -127,8 +128,8 @@ def _joined(endpoint: str) -> Robot:
     raise UnreachableError(f"{endpoint}: expected a router within {READY_S:g} s")
 
 
-def _busy(supervisor: int) -> Dict[str, float]:
-    return {name: busy_s(pid) for name, pid in processes(supervisor).items()}
+def _busy(supervisor: int) -> Dict[Tuple[str, int], float]:
+    return {(name, pid): busy_s(pid) for name, pid in processes(supervisor).items()}
 
 
 def _in_real_time(pid: int) -> int:
