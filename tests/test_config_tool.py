@@ -97,6 +97,9 @@ def test_check_is_content_with_a_good_file(tmp_path: Path, capsys: pytest.Captur
     path.write_text("[laser]\nbeams = 181\nport = '/dev/ttyUSB7'\n", "utf-8")
     assert main(["config", "check", str(path)]) == 0
     assert capsys.readouterr().out == f"{path}: nothing is wrong; 2 keys are set\n"
+    path.write_text("[laser]\nbeams = 181\n", "utf-8")
+    assert main(["config", "check", str(path)]) == 0
+    assert capsys.readouterr().out == f"{path}: nothing is wrong; 1 key is set\n"
 
 
 def test_a_verb_that_reads_a_bad_file_says_the_first_complaint_and_how_many_more(

@@ -85,7 +85,8 @@ def run_check(args: argparse.Namespace) -> int:
     except ConfigError as error:
         print("\n".join(error.complaints))
         return 2
-    print(f"{args.file}: nothing is wrong; {len(_given(loaded))} keys are set")
+    count = len(_given(loaded))
+    print(f"{args.file}: nothing is wrong; {'1 key is' if count == 1 else f'{count} keys are'} set")
     return 0
 
 
