@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from bus_lab import Lab, until
+from bus_lab import Lab, make_keys, until
 from edgefusion.bus.clock_id import clock_id
 from edgefusion.bus.clock_reading import ClockTeller, Reading, read_clock
 from edgefusion.bus.latest import Latest
@@ -60,6 +60,16 @@ def test_another_computers_clock_is_read_with_no_more_than_the_error_that_is_sai
 
 def test_where_nobody_tells_a_clock_there_is_none(lab: Lab) -> None:
     assert read_clock(lab.member(), "robot", 0.1) is None
+
+
+def test_with_keys_the_clock_is_for_the_robots_own_processes_alone(tmp_path) -> None:
+    with ExitStack() as stack:
+        lab = Lab(stack, make_keys(tmp_path))
+        lab.router()
+        teller = ClockTeller(lab.member(), "robot", "the robot's", robots_clock)
+        until(lambda: read_clock(lab.client("robot"), "robot", 0.5))
+        assert read_clock(lab.client("operator"), "robot", 0.2) is None
+        teller.undeclare()
 
 
 def test_of_the_newest_readings_the_most_exact_one_counts() -> None:
