@@ -87,7 +87,7 @@ def _operator_halted(seed: int, tick: Callable[[], object]) -> float:
     """Until nobody drives."""
     with BusRig() as rig:
         arbiter = Arbiter(round(0.2e9), operator_timeout_ns=round(0.5e9))
-        inbox = Inbox(rig.member(), "robot", HEARTBEAT, lambda message: message, Freshness(LIMITS))
+        inbox = Inbox(rig.member(), "robot", HEARTBEAT, lambda message: message, Freshness(LIMITS), to_the_moment=True)
         process = rig.join("operator", "operator")
 
         def drives() -> bool:

@@ -8,6 +8,7 @@ import logging
 import socket
 import time
 from contextlib import ExitStack
+from types import SimpleNamespace
 from typing import Iterator, Optional, Tuple
 
 import pytest
@@ -25,7 +26,7 @@ from edgefusion.bus.router import open_router
 from edgefusion.bus.session import UnreachableError, open_client, open_member
 from edgefusion.bus.subscriber import Received, Subscriber
 from edgefusion.bus.tags import SampleTag, Tagger, read_tag
-from edgefusion.bus.topics import CMD_VEL, DETECTIONS_DETAIL, IMAGE, MISSION, ODOM, TOPICS, Urgency
+from edgefusion.bus.topics import CMD_VEL, DETECTIONS_DETAIL, HEARTBEAT, IMAGE, MISSION, ODOM, TOPICS, Urgency
 from edgefusion.config.bus import BusConfig
 from edgefusion.errors import RefusedError
 from edgefusion.messages import ros_name
@@ -295,6 +296,20 @@ def test_of_a_session_that_was_closed_a_ring_has_nothing(lab: Lab) -> None:
     ring = Ring(robot, "robot/cmd_vel", 3)
     robot.close()
     assert ring.take() == []
+
+
+def test_a_heartbeat_counts_from_when_it_came_also_where_the_loop_looks_late(lab: Lab) -> None:
+    heard, robot = [], lab.member()
+    helm = SimpleNamespace(heartbeat=heard.append)
+    inbox = BaseInbox(robot, lab.config, "boot")
+    publisher = CommandPublisher(lab.client(), "robot", HEARTBEAT, Tagger(), 60_000)
+    until(lambda: publisher.heard)
+    time.sleep(0.05)
+    put_ns = time.monotonic_ns()
+    publisher.put(String())
+    time.sleep(0.05)
+    until(lambda: (inbox.command(helm, time.monotonic_ns()), heard)[1])
+    assert heard[0] >= put_ns
 
 
 def commands_of(robot: zenoh.Session, limits: CommandLimits = LIMITS) -> Inbox[Twist2D]:

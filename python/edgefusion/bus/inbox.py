@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 import logging
-from typing import Any, Callable, Generic, Set, Tuple, TypeVar
+from typing import Any, Callable, Generic, Set, Tuple, TypeVar, Union
 
 import zenoh
 
 from edgefusion.bus.freshness import Freshness
 from edgefusion.bus.ring import Ring
-from edgefusion.bus.subscriber import Received
+from edgefusion.bus.subscriber import Received, Subscriber
 from edgefusion.bus.tags import session_of
 from edgefusion.bus.topics import Topic, key_of
 from edgefusion.clock import Clock, system_clock
@@ -33,7 +33,8 @@ MOST_LOGGED = 64
 class Inbox(Generic[T]):
     """convert: makes of a message what the robot works with, or raises RefusedError where it is no command.
 
-    For one thread, which looks once in a cycle.
+    For one thread, which looks once in a cycle. to_the_moment: they count from when they came, by a callback for each,
+    instead of from the look before (`ring.py`), which is cheaper where they flood, and takes a late thread's for old.
     """
 
     def __init__(
@@ -44,20 +45,24 @@ class Inbox(Generic[T]):
         convert: Callable[[Any], T],
         freshness: Freshness,
         clock: Clock = system_clock,
+        to_the_moment: bool = False,
     ) -> None:
         self._topic, self._convert, self.freshness = topic, convert, freshness
         self._logged: Set[str] = set()
-        self._ring = Ring(session, key_of(robot, topic.name), NEWEST, clock)
+        key = key_of(robot, topic.name)
+        self._came: Union[Ring, Subscriber] = (
+            Subscriber(session, key, NEWEST, clock=clock) if to_the_moment else Ring(session, key, NEWEST, clock)
+        )
 
     @property
     def waiting(self) -> int:
         """How many have come that nobody has looked at."""
-        return self._ring.waiting
+        return self._came.waiting
 
     def take(self, now_ns: int) -> list[Tuple[int, T]]:
         """Of what came since the last time, what counts: when it came and what it is, the oldest first."""
         commands = []
-        for received in self._ring.take():
+        for received in self._came.take():
             try:
                 commands.append((received.received_ns, self._accept(now_ns, received)))
             except RefusedError as error:
@@ -66,7 +71,7 @@ class Inbox(Generic[T]):
 
     def undeclare(self) -> None:
         """Nothing comes any more."""
-        self._ring.undeclare()
+        self._came.undeclare()
 
     def _accept(self, now_ns: int, received: Received) -> T:
         refusal = self.freshness.judge(now_ns, received.received_ns, len(received.payload), received.attachment)

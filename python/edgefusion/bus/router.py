@@ -2,9 +2,9 @@
 # Copyright the edgefusion authors
 """The robot's router, in a process of its own: it alone reads what comes from the network.
 
-What is larger than any command has no business at the motors' process, and ends here. Nothing limits how fast commands
-may come on topics: of what comes at once, as after a hiccup of a radio, Zenoh would let through the first, and the last
-is what counts; base keeps the newest, which costs it little (`bus/ring.py`).
+What is larger than any command has no business at the motors' process, and ends here. Nothing limits how fast
+velocities and goals may come: of what comes at once, as after a hiccup of a radio, Zenoh would let through the first,
+and the last is what counts; base keeps the newest, which costs it little (`bus/ring.py`).
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ from edgefusion.bus.access import access_control
 from edgefusion.bus.key_files import find_keys
 from edgefusion.bus.session import common_settings, open_session
 from edgefusion.bus.tags import MOST_BYTES
-from edgefusion.bus.topics import COMMANDS, QUERIES, key_of
+from edgefusion.bus.topics import COMMANDS, HEARTBEAT, QUERIES, key_of
 from edgefusion.config.bus import BusConfig
+
+HEARTBEATS_HZ = 100.0
+"""Of what comes faster one is worth as much as all."""
 
 QUERIES_HZ = 1000.0
 """What comes sooner after the one before is not answered, and asked again."""
@@ -71,5 +74,6 @@ def _size_limit(config: BusConfig) -> dict[str, Any]:
 
 def _rate_limit(config: BusConfig) -> dict[str, Any]:
     """For each key of each connection: one that floods with what is no stop leaves room for the stop of another."""
-    rules = [{"key_expr": key_of(config.robot, name), "freq": QUERIES_HZ} for name in QUERIES]
-    return {"id": "query-rate", "messages": ["query"], "flows": ["ingress"], "rules": rules}
+    rates = {HEARTBEAT.name: HEARTBEATS_HZ, **{name: QUERIES_HZ for name in QUERIES}}
+    rules = [{"key_expr": key_of(config.robot, name), "freq": hz} for name, hz in rates.items()]
+    return {"id": "rate", "messages": ["put", "query"], "flows": ["ingress"], "rules": rules}

@@ -42,7 +42,9 @@ class BaseInbox:
         robot, limits = config.robot, limits_of(config)
         self._cmd_vel = Inbox(session, robot, CMD_VEL, to_cmd_vel, Freshness(limits), clock=clock)
         self._goal_pose = Inbox(session, robot, GOAL_POSE, to_goal_pose, Freshness(limits), clock=clock)
-        self._heartbeat: Inbox[String] = Inbox(session, robot, HEARTBEAT, _as_it_is, Freshness(limits), clock=clock)
+        self._heartbeat: Inbox[String] = Inbox(
+            session, robot, HEARTBEAT, _as_it_is, Freshness(limits), clock, to_the_moment=True
+        )  # else a loop that was late once would take its operator for gone
         self._detections = Feed(session, robot, DETECTIONS_DETAIL, to_detections_detail, clock_id, KEPT, clock=clock)
         self._pictures = Feed(session, robot, INSPECTION_ANSWER, picture_answer, clock_id, KEPT, clock=clock)
         self._detections_ns: int | None = None
