@@ -9,13 +9,14 @@ import signal
 import time
 from collections import Counter
 from pathlib import Path
-from typing import Callable, Dict, List, Set
+from typing import Callable, Dict, List
 
 import numpy as np
 from benchmarks.end_to_end_robot import RobotProcess, RobotSetup, free_endpoint, write_config
 from benchmarks.fault_row import ALLOWED
 from benchmarks.process_memory import CAMERA, processes
 from benchmarks.soak_health import Traces
+from benchmarks.soak_lives import Lives
 from benchmarks.soak_player import Player
 from benchmarks.soak_told import ToldWatch
 
@@ -48,8 +49,7 @@ class SoakRig:
         self.goals: Dict[str, int] = Counter()
         self._diary = (folder / "diary.txt").open("w", encoding="utf-8")
         self._players: Dict[str, Player] = {}
-        self._doomed: Set[str] = set()
-        self._pids: Dict[str, int] = {}
+        self._lives, self._looks = Lives(CAMERA), 0
         self._touches, self._looked_ns, self._goal = False, 0, 0
         setup = LiveSetup(load_world("laboratory"), seed, robot_port=0, links=folder)
         self.devices = LiveDevices(setup, time.monotonic_ns())
@@ -73,7 +73,7 @@ class SoakRig:
         recording = str(self.folder / "soak.mcap")
         record = ["-m", "edgefusion.cli", "record", recording, "--overwrite", "--connect", self.endpoint, *topics]
         self._players["recorder"] = Player(self.folder / "recorder.log", *record)
-        if not self.until(lambda: self.drives and len(self._pids) > len(self._players), READY_S):
+        if not self.until(lambda: self.drives and self._looks, READY_S):
             raise RefusedError(f"expected a robot that drives, got one of which the operator hears: {dict(self.goals)}")
 
     def play(self, who: str) -> Player:
@@ -86,6 +86,7 @@ class SoakRig:
 
     def leave(self, who: str) -> None:
         """One that has played."""
+        self._lives.doom(who)
         self._players.pop(who).end(kill=True)
 
     def kill(self, name: str, number: int = signal.SIGKILL) -> None:
@@ -93,7 +94,7 @@ class SoakRig:
         pid = processes(self.robot.pid).get(name)
         if pid is None:
             return
-        self._doomed.add(name)
+        self._lives.doom(name)
         os.kill(pid, number)
 
     @property
@@ -141,8 +142,10 @@ class SoakRig:
     def _serve(self, operator: Player) -> None:
         """It gets a goal for each that has ended."""
         for event in operator.take():
-            self.goals[event.split(":")[0]] += 1
-            if (event != "joined" and not event.startswith("unreachable")) or event.startswith("unreachable"):
+            word = event.split(":")[0]
+            self.goals[word] += 1
+            self.note(f"operator: {event}")
+            if word not in ("joined", "unreachable"):
                 self._give_goal(operator)
 
     def _give_goal(self, operator: Player) -> None:
@@ -157,20 +160,11 @@ class SoakRig:
     def _look(self, now_ns: int) -> None:
         """Who lives, and how large they are."""
         pids = processes(self.robot.pid)
-        for name, pid in self._pids.items():
-            if name == CAMERA or pids.get(name) == pid:
-                continue
-            if name in self._doomed:
-                self._doomed.discard(name)
-            else:
-                self._crash(f"{name} ended")
-        self._pids = {**self._pids, **pids}
-        for name, player in list(self._players.items()):
-            if not player.lives:
-                self._crash(f"{name} ended")
-                del self._players[name]
-        sampled = {**pids, **{name: player.pid for name, player in self._players.items()}}
-        self.traces.look((now_ns - self.begun_ns) / 1e9, sampled)
+        lives = {**pids, **{name: player.pid for name, player in self._players.items() if player.lives}}
+        for name in self._lives.look(lives):
+            self._crash(f"{name} ended")
+        self._looks += 1
+        self.traces.look((now_ns - self.begun_ns) / 1e9, lives)
 
     def _crash(self, what: str) -> None:
         self.crashes.append(f"{what} at {(time.monotonic_ns() - self.begun_ns) / 1e9:.0f} s")

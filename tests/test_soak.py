@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.soak_faults import FAULTS, SoakFault
 from benchmarks.soak_health import Growth, Sample, Traces
+from benchmarks.soak_lives import Lives
 from benchmarks.soak_report import Result, line_of, tables, tracebacks
 from benchmarks.soak_run import Happened, Soak, drawn
 from benchmarks.soak_told import ToldWatch
@@ -205,6 +206,17 @@ def test_the_first_stop_after_a_time_counts_and_what_was_heard_before_does_not()
     watch.look(heard)
     assert watch.stopped_s(2e-9) == pytest.approx(5e-9)
     assert watch.v_mps == 0
+
+
+def test_a_process_that_was_killed_may_be_missing_for_a_while_and_ends_as_it_should_once() -> None:
+    lives = Lives("camera")
+    assert lives.look({"vision": 1, "base": 2, "camera": 3}) == []
+    lives.doom("vision")
+    assert lives.look({"vision": 1, "base": 2, "camera": 4}) == []
+    assert lives.look({"base": 2}) == lives.look({"base": 2}) == []
+    assert lives.look({"vision": 5, "base": 2}) == []
+    assert lives.look({"vision": 6, "base": 2}) == ["vision"]
+    assert lives.look({"vision": 6}) == ["base"]
 
 
 def test_a_fault_without_a_limit_has_none_to_miss() -> None:
