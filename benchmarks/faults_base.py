@@ -98,7 +98,8 @@ def told_to_end(seeds: int, tick: Tick) -> List[FaultRow]:
                 seconds.append((rig.motions()[-1][0] - told_ns) / 1e9)
             tick()
         remark = f"the last that the robot heard was another {unsaid} times"
-        found.append(FaultRow("Y3", f"{word} at speed, until told to stop", AIM, LIMIT_S, seconds, remark, unsaid > 0))
+        what = f"{word} at speed, until the last that the robot is told"
+        found.append(FaultRow("Y3", what, AIM, LIMIT_S, seconds, remark, unsaid > 0))
     return found
 
 

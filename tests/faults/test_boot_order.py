@@ -30,6 +30,7 @@ def boot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
 
     yield make
     for each in made:
+        assert not each.clock.errors
         each.clock.finish()
 
 

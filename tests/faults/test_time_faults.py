@@ -35,6 +35,7 @@ def base(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
 
     yield make
     for each in made:
+        assert not each.clock.errors
         each.clock.finish()
 
 
