@@ -11,6 +11,7 @@ from __future__ import annotations
 import atexit
 import json
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Mapping, Optional, Protocol
 
 import zenoh
@@ -20,8 +21,9 @@ from edgefusion.config.bus import BusConfig, check_client_endpoint
 
 RETRY = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
 
-QUEUED = 16
-"""So many packets wait for a line; Zenoh's usual 2 are full as soon as a busy computer is late by a millisecond."""
+QUEUED: Mapping[str, int] = MappingProxyType({"real_time": 16, "data_high": 16, "data": 16, "background": 4})
+"""So many packets wait for a line; Zenoh's usual 2 are full as soon as a busy computer is late by a millisecond. Of
+images, which take some packets each, few wait: on a slow line they would be old when they come."""
 
 
 MOST_BYTES = 8_000_000
@@ -83,7 +85,7 @@ def common_settings(lease_s: float) -> dict[str, Any]:
         "scouting/delay": 0,
         "connect/retry": RETRY,
         "transport/link/tx/lease": round(lease_s * 1e3),
-        **{f"transport/link/tx/queue/size/{priority}": QUEUED for priority in ("real_time", "data_high", "data")},
+        **{f"transport/link/tx/queue/size/{priority}": packets for priority, packets in QUEUED.items()},
         "transport/shared_memory/enabled": False,
         "adminspace/enabled": False,
         "transport/link/rx/max_message_size": MOST_BYTES,
