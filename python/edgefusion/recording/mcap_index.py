@@ -8,7 +8,6 @@ import struct
 import zlib
 from collections import Counter
 from io import BytesIO
-from typing import Iterable
 
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -19,7 +18,6 @@ from mcap.records import (
     ChunkIndex,
     DataEnd,
     Footer,
-    McapRecord,
     Message,
     MessageIndex,
     Metadata,
@@ -57,7 +55,9 @@ class McapIndex:
         self.messages: Counter[int] = Counter()
         self.first_ns: int | None = None
         self.last_ns = 0
-        self._chunks: list[ChunkIndex] = []
+        self._newest: ChunkIndex | None = None
+        self._chunks, self._older = 0, bytearray()
+        """Of the older ones the records as they are written: as objects they would take seven times the memory."""
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._unindexed: set[int] = set()
@@ -91,7 +91,8 @@ class McapIndex:
 
     def forget_message_indexes(self) -> tuple[int, int]:
         """The offsets of the newest chunk and behind it; its message indexes are to come anew."""
-        chunk = self._chunks[-1]
+        chunk = self._newest
+        assert chunk is not None
         chunk.message_index_offsets, chunk.message_index_length = {}, 0
         return chunk.chunk_start_offset, chunk.chunk_start_offset + chunk.chunk_length
 
@@ -109,26 +110,29 @@ class McapIndex:
         messages = self._add_content(records_of_chunk(chunk))
         stamps_ns = [message.log_time for message in messages]
         self._unindexed = {message.channel_id for message in messages}
-        self._chunks.append(
-            ChunkIndex(
-                chunk_length=record.end - record.offset,
-                chunk_start_offset=record.offset,
-                compression=chunk.compression,
-                compressed_size=len(chunk.data),
-                message_end_time=max(stamps_ns, default=0),
-                message_index_length=0,
-                message_index_offsets={},
-                message_start_time=min(stamps_ns, default=0),
-                uncompressed_size=chunk.uncompressed_size,
-            )
+        self._older += self._newest_packed()
+        self._chunks += 1
+        self._newest = ChunkIndex(
+            chunk_length=record.end - record.offset,
+            chunk_start_offset=record.offset,
+            compression=chunk.compression,
+            compressed_size=len(chunk.data),
+            message_end_time=max(stamps_ns, default=0),
+            message_index_length=0,
+            message_index_offsets={},
+            message_start_time=min(stamps_ns, default=0),
+            uncompressed_size=chunk.uncompressed_size,
         )
+
+    def _newest_packed(self) -> bytes:
+        return b"" if self._newest is None else bytes_of([self._newest])
 
     def _add_message_index(self, record: Record) -> None:
         channel = parsed(record, MessageIndex).channel_id
-        if not self._chunks or channel not in self.channels:
+        if self._newest is None or channel not in self.channels:
             raise DamagedError(f"byte {record.offset}: an index of channel {channel}, which there is not")
-        self._chunks[-1].message_index_offsets[channel] = record.offset
-        self._chunks[-1].message_index_length += record.end - record.offset
+        self._newest.message_index_offsets[channel] = record.offset
+        self._newest.message_index_length += record.end - record.offset
         self._unindexed.discard(channel)
 
     def _add_attachment(self, record: Record) -> None:
@@ -159,17 +163,16 @@ class McapIndex:
 
     def _summary(self, start: int) -> tuple[bytes, int]:
         """The summary section that begins at an offset, and where its last part, the offsets, begins."""
-        parts: list[tuple[Opcode, Iterable[McapRecord]]] = [
-            (Opcode.SCHEMA, self.schemas.values()),
-            (Opcode.CHANNEL, self.channels.values()),
-            (Opcode.STATISTICS, [self._statistics()]),
-            (Opcode.CHUNK_INDEX, self._chunks),
-            (Opcode.ATTACHMENT_INDEX, self._attachments),
-            (Opcode.METADATA_INDEX, self._metadata),
+        parts = [
+            (Opcode.SCHEMA, bytes_of(self.schemas.values())),
+            (Opcode.CHANNEL, bytes_of(self.channels.values())),
+            (Opcode.STATISTICS, bytes_of([self._statistics()])),
+            (Opcode.CHUNK_INDEX, bytes(self._older) + self._newest_packed()),
+            (Opcode.ATTACHMENT_INDEX, bytes_of(self._attachments)),
+            (Opcode.METADATA_INDEX, bytes_of(self._metadata)),
         ]
         summary, offsets = b"", []
-        for opcode, records in parts:
-            part = bytes_of(records)
+        for opcode, part in parts:
             offsets.append(SummaryOffset(opcode, start + len(summary), len(part)))
             summary += part
         used = [offset for offset in offsets if offset.group_length]
@@ -180,7 +183,7 @@ class McapIndex:
             attachment_count=len(self._attachments),
             channel_count=len(self.channels),
             channel_message_counts=dict(self.messages),
-            chunk_count=len(self._chunks),
+            chunk_count=self._chunks,
             message_count=sum(self.messages.values()),
             message_end_time=self.last_ns,
             message_start_time=self.first_ns or 0,
