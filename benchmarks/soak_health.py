@@ -25,7 +25,8 @@ class Sample(NamedTuple):
 
 
 class Growth(NamedTuple):
-    """From the first fifth of the time that is judged to the last, in medians. judged_s: 0: it lived too short."""
+    """From the first fifth of the time that is judged to the last: the least memory in each, since what is given back
+    again is no growth, and medians of the rest. judged_s: 0: it lived too short."""
 
     name: str
     judged_s: float
@@ -94,9 +95,9 @@ class Traces:
         if len(warm) < 2 * _PARTS or warm[-1].at_s - begin_s < own_s:
             return Growth(name, 0.0, samples[-1], samples[-1])
         share = len(warm) // _PARTS
-        return Growth(name, warm[-1].at_s - warm[0].at_s, _median(warm[:share]), _median(warm[-share:]))
+        return Growth(name, warm[-1].at_s - warm[0].at_s, _summed(warm[:share]), _summed(warm[-share:]))
 
 
-def _median(samples: Sequence[Sample]) -> Sample:
-    at_s, rss_mb, handles, threads = (statistics.median(values) for values in zip(*samples))
-    return Sample(at_s, rss_mb, round(handles), round(threads))
+def _summed(samples: Sequence[Sample]) -> Sample:
+    at_s, _, handles, threads = (statistics.median(values) for values in zip(*samples))
+    return Sample(at_s, min(each.rss_mb for each in samples), round(handles), round(threads))

@@ -158,6 +158,11 @@ def test_memory_that_a_process_takes_until_it_is_warm_is_no_growth() -> None:
     assert result([], (growth,)).grown == []
 
 
+def test_memory_that_is_given_back_again_is_no_growth() -> None:
+    (growth,) = traced(lambda at_s: 250 if at_s > 1500 and at_s % 60 < 50 else 200).growths()
+    assert growth.rss_mb == 0
+
+
 @pytest.mark.parametrize(("mb_per_min", "grown", "broken"), [(0.2, 0, 0), (0.5, 1, 0), (1.5, 1, 1)])
 def test_a_process_that_goes_on_growing_is_told(mb_per_min: float, grown: int, broken: int) -> None:
     (growth,) = traced(lambda at_s: 50 + at_s / 60 * mb_per_min).growths()
