@@ -25,6 +25,7 @@ from edgefusion.sim.mesh import Part, quad
 from edgefusion.sim.renderer import MOST_THINGS, NOTHING, Renderer
 from edgefusion.sim.rig import Rig
 from edgefusion.sim.world import Thing, Wall, World
+from edgefusion.sim.world_file import load_world
 from edgefusion.types import Pose2D
 from sim_scenes import built, crate, outline_points, panel, skip_without_renderer
 
@@ -324,3 +325,20 @@ def test_without_panda3d_one_line_says_how_to_get_it() -> None:
 
 def test_without_panda3d_worlds_are_built_and_scanned() -> None:
     assert run(NO_PANDA3D + LASER) == ["361 True"]
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
+def test_pictures_of_one_world_take_no_more_memory_however_many_they_are(renderer: Renderer) -> None:
+    laboratory = load_world("laboratory")
+    renderer.show(build(laboratory, RIG.laser_height_m))
+    for _ in range(3):
+        renderer.image(laboratory.start, Light())
+    before = resident_mb()
+    for _ in range(25):
+        renderer.image(laboratory.start, Light())
+    assert resident_mb() - before < 8
+
+
+def resident_mb() -> float:
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20

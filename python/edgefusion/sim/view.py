@@ -46,6 +46,7 @@ class View:
         self._buffer.make_display_region().set_camera(self._camera)
         self._scene = self._root.attach_new_node("scene")
         self._lights: list[Node] = []
+        self._lit_by: Light | None = None
 
     def close(self) -> None:
         """Gives the buffer back."""
@@ -73,6 +74,9 @@ class View:
         """Lights the scene, instead of the light before."""
         from panda3d import core
 
+        if light == self._lit_by:
+            return  # new lamps mean new states of every surface, which Panda3D keeps
+        self._lit_by = light
         self._root.clear_light()
         for node in self._lights:
             node.remove_node()
