@@ -86,6 +86,7 @@ def test_a_carmen_log_gives_its_scans_and_has_no_frames(tmp_path: Path) -> None:
     scans = list(recording.messages(laser_latency_ns=4))
     assert all(isinstance(scan, Scan) for scan in scans)
     assert ([scan.stamp_ns for scan in scans], recording.frames) == ([-4, 26_666_663, 53_333_330], 0)
+    assert recording.scans == 3
 
 
 def test_detect_says_that_a_carmen_log_has_no_frames(

@@ -21,6 +21,8 @@ PERIOD_NS = 26_666_667
 
 RANGE_MAX_M = 80.0
 
+_SCAN = b"FLASER "
+
 # Behind the ranges: x y theta, odometry's x y theta, time, host, time of the logger.
 _TRAILING_FIELDS = 9
 
@@ -38,7 +40,7 @@ def read_carmen(path: Path) -> Iterator[Scan]:
     """
     number = 0
     for line_number, line in _lines(path):
-        if not line.startswith(b"FLASER "):
+        if not line.startswith(_SCAN):
             continue
         try:
             ranges_m = _ranges(line.split())
@@ -46,6 +48,11 @@ def read_carmen(path: Path) -> Iterator[Scan]:
             raise RefusedError(f"{path}:{line_number}: {error}") from error
         yield _scan(ranges_m, number * PERIOD_NS)
         number += 1
+
+
+def count_scans(path: Path) -> int:
+    """How many scans `read_carmen` gives of a good log. Raises RefusedError where the file is not whole."""
+    return sum(line.startswith(_SCAN) for _, line in _lines(path))
 
 
 def _lines(path: Path) -> Iterator[tuple[int, bytes]]:

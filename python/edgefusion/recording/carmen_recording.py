@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Iterator, Union
 
 from edgefusion.errors import RefusedError
-from edgefusion.recording.carmen import read_carmen
+from edgefusion.recording.carmen import count_scans, read_carmen
 from edgefusion.types import Frame, Scan
 
 
@@ -22,6 +22,11 @@ class CarmenRecording:
         if not path.is_file():
             raise RefusedError(f"{path}: expected a CARMEN log, found no such file")
         self.path = path
+
+    @property
+    def scans(self) -> int:
+        """How many scans there are: reads the log once. Raises RefusedError for one that cannot be read."""
+        return count_scans(self.path)
 
     def frame_name(self, index: int) -> str:
         """There are none."""

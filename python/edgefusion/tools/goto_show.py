@@ -14,6 +14,7 @@ from edgefusion.messages.mission_report import MissionReport
 from edgefusion.tools.mission_words import inspection_in_words, mission_in_words, pose_in_words
 from edgefusion.tools.terminal import Screen
 
+STOPPED = "stopped"
 Show = Callable[[MissionReport], None]
 
 
@@ -39,8 +40,14 @@ class _InPlace:
         if report.result is not None:
             self._inspected.append(inspection_in_words(report.result))
         now = [f"mission  {mission_in_words(report)}", f"pose     {pose_in_words(report.pose)}"]
-        help_ = [] if report.state in ENDS else ["Ctrl-C gives the goal up and stops the robot"]
-        self._screen.show([*self._inspected, *now, *help_])
+        self._screen.show([*self._inspected, *now, *_what_to_press(report.state)])
+
+
+def _what_to_press(state: str) -> list[str]:
+    if state in ENDS:
+        return []
+    goes_on = ["`edgefusion resume` in another terminal lets it drive on"] if state == STOPPED else []
+    return [*goes_on, "Ctrl-C gives the goal up and stops the robot"]
 
 
 class _Changes:

@@ -16,8 +16,9 @@ from tqdm import tqdm
 from edgefusion.bus.router import open_router
 from edgefusion.bus.session import open_client
 from edgefusion.bus.topics import CAMERA_INFO, IMAGE, SCAN, TF_STATIC, Topic
+from edgefusion.recording.carmen_recording import CarmenRecording
 from edgefusion.recording.folder import FolderRecording
-from edgefusion.recording.recording import open_bag, open_recording
+from edgefusion.recording.recording import Recording, open_bag, open_recording
 from edgefusion.tools.bus_options import asked_endpoint, bus_config
 from edgefusion.tools.recording_options import topic_names
 from edgefusion.tools.replay_loop import Pace, Stage
@@ -71,9 +72,18 @@ def _programme(args: argparse.Namespace) -> Programme:
         calibration, _ = find_calibration(recording, args.calibration)
     return Programme(
         [SCAN, IMAGE, CAMERA_INFO, TF_STATIC],
-        3 * recording.frames + 1 if recording.frames else None,
+        _samples_of(recording, calibration is not None),
         lambda: drive_samples(recording, calibration),
     )
+
+
+def _samples_of(recording: Recording, calibrated: bool) -> Optional[int]:
+    """How many samples a folder or a log gives; None where that is not known."""
+    if isinstance(recording, CarmenRecording):
+        return recording.scans + calibrated
+    if isinstance(recording, FolderRecording):
+        return len(recording) + recording.frames * (1 + calibrated) + calibrated
+    return None
 
 
 @contextmanager
