@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from contextlib import suppress
 from typing import Callable, Dict, Iterator
 
 import numpy as np
@@ -45,7 +46,8 @@ def _driven(robot: Robot, words: list[str]) -> str:
         return _followed(robot, robot.goto_all([GoalRequest(x_m, y_m, theta, "base_link")], inspect=words[3:]))
     except RefusedError as error:
         time.sleep(_PAUSE_S)
-        return f"refused: {_resumed(robot) or error}"
+        _resumed(robot)
+        return f"refused: {error}"
     except UnreachableError as error:
         return f"lost: {error}"
 
@@ -64,13 +66,10 @@ def _followed(robot: Robot, errand: Errand) -> str:
     return f"{report.state}: {report.reason}" if report.reason else report.state
 
 
-def _resumed(robot: Robot) -> str:
-    """Why not, empty where it is."""
-    try:
+def _resumed(robot: Robot) -> None:
+    """Where anything is to be."""
+    with suppress(RefusedError):
         robot.resume()
-    except RefusedError as error:
-        return str(error)
-    return ""
 
 
 def slow(endpoint: str) -> None:
