@@ -51,9 +51,11 @@ def layout() -> rrb.Blueprint:
 
 def _looking_down() -> Dict[str, Any]:
     """x, where the robot looked at first, is up. Older Rerun takes no place of the eye, and looks from the side."""
-    eye = getattr(rrb, "EyeControls3D", None)
     place = {"position": (AHEAD_M, 0, EYE_M), "look_target": (AHEAD_M, 0, 0), "eye_up": (1, 0, 0)}
-    return {} if eye is None else {"eye_controls": eye(**place, tracking_entity="/odom/robot")}
+    try:
+        return {"eye_controls": rrb.EyeControls3D(**place, tracking_entity="/odom/robot")}
+    except (AttributeError, TypeError):
+        return {}
 
 
 def _serve(recording: rr.RecordingStream, web_port: int, data_port: int) -> None:
