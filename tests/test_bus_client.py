@@ -72,6 +72,20 @@ def test_a_frame_without_an_object_is_a_frame_too(base: Base, robot: Robot) -> N
     assert next(frames) == (8, ())
 
 
+def test_nonsense_on_a_topic_is_left_out(base: Base, robot: Robot, caplog: pytest.LogCaptureFixture) -> None:
+    missions = robot.missions(timeout_s=5)
+    base.say(topics.MISSION, from_mission(report(1, "driving", "a")))
+    assert next(missions) == report(1, "driving", "a")
+    for topic in (topics.MISSION, topics.DIAGNOSTICS, topics.BATTERY):
+        for payload in (b"", b"\x00\x01", b"\xff" * 300):
+            base.session.put(topics.key_of("robot", topic.name), payload)
+    base.say(topics.MISSION, from_mission(report(2, "arrived")))
+    assert next(missions) == report(2, "arrived")
+    until(lambda: robot.status.mission == report(2, "arrived"))
+    assert (robot.status.battery, robot.status.healths) == (None, ())
+    assert "left out, and from now on only counted" in caplog.text
+
+
 def test_silence_is_said_after_the_time_that_was_given(robot: Robot) -> None:
     with pytest.raises(UnreachableError, match="nothing came for"):
         next(robot.detections(timeout_s=0.05))

@@ -8,11 +8,10 @@ from typing import Dict, NamedTuple, Tuple
 
 import zenoh
 
+from edgefusion.bus.reader import Reader
 from edgefusion.bus.subscriber import Subscriber
 from edgefusion.bus.topics import DIAGNOSTICS, key_of
 from edgefusion.clock import Clock
-from edgefusion.messages.cdr import decode
-from edgefusion.messages.diagnostic_msgs import DiagnosticArray
 from edgefusion.messages.to_healths import Report, to_healths
 from edgefusion.types import Health, HealthState
 
@@ -31,15 +30,15 @@ class Healths:
     """What was last said of each component, from when it is made on."""
 
     def __init__(self, session: zenoh.Session, robot: str, clock: Clock) -> None:
-        self._clock = clock
+        self._clock, self._reader = clock, Reader(DIAGNOSTICS, to_healths)
         self._subscriber = Subscriber(session, key_of(robot, DIAGNOSTICS.name), NEWEST, clock=clock)
         self._heard: Dict[str, _Heard] = {}
 
     @property
     def reports(self) -> Tuple[Report, ...]:
-        """By component. One of which nothing was heard for long has failed. Raises WireError."""
+        """By component. One of which nothing was heard for long has failed. Malformed messages are left out."""
         for received in self._subscriber.take():
-            for report in to_healths(decode(DiagnosticArray, received.payload)):
+            for report in self._reader.read(received.payload) or ():
                 self._heard[report.health.component] = _Heard(report, received.received_ns)
         now_ns = self._clock()
         return tuple(_now(heard, now_ns) for _, heard in sorted(self._heard.items()))

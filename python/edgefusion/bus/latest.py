@@ -8,10 +8,10 @@ from typing import Any, Callable, Generic, Optional, TypeVar
 
 import zenoh
 
+from edgefusion.bus.reader import Reader
 from edgefusion.bus.subscriber import Subscriber
 from edgefusion.bus.topics import Topic, key_of
 from edgefusion.clock import Clock
-from edgefusion.messages.cdr import decode
 
 T = TypeVar("T")
 
@@ -22,17 +22,18 @@ class Latest(Generic[T]):
     def __init__(
         self, session: zenoh.Session, robot: str, topic: Topic, convert: Callable[[Any], T], clock: Clock
     ) -> None:
-        self._topic, self._convert, self._clock = topic, convert, clock
+        self._reader, self._clock = Reader(topic, convert), clock
         self._subscriber = Subscriber(session, key_of(robot, topic.name), clock=clock)
         self._value: Optional[T] = None
         self._received_ns: Optional[int] = None
 
     @property
     def value(self) -> Optional[T]:
-        """None before there is one. Raises WireError for a message that is none."""
+        """None before there is one. Malformed messages are left out."""
         for received in self._subscriber.take():
-            self._value = self._convert(decode(self._topic.message, received.payload))
-            self._received_ns = received.received_ns
+            value = self._reader.read(received.payload)
+            if value is not None:
+                self._value, self._received_ns = value, received.received_ns
         return self._value
 
     @property

@@ -12,11 +12,11 @@ from edgefusion.bus import topics
 from edgefusion.bus.healths import Healths
 from edgefusion.bus.latest import Latest
 from edgefusion.bus.liveliness import Alive
+from edgefusion.bus.reader import Reader
 from edgefusion.bus.session import UnreachableError
-from edgefusion.bus.subscriber import Received, Subscriber
+from edgefusion.bus.subscriber import Subscriber
 from edgefusion.bus.topics import Topic, key_of
 from edgefusion.clock import Clock, system_clock
-from edgefusion.messages.cdr import decode
 from edgefusion.messages.mission_report import MissionReport
 from edgefusion.messages.stamps import Stamper
 from edgefusion.messages.to_battery import Battery, to_battery
@@ -43,7 +43,8 @@ class Status(NamedTuple):
 
 class Listener:
     """name: of the robot. What it gives to iterate over comes from the call on; who is too slow for it gets the newest.
-    It ends when the session is closed, and raises UnreachableError when nothing comes for timeout_s.
+    It ends when the session is closed, and raises UnreachableError when nothing comes for timeout_s. Malformed messages
+    are left out.
     """
 
     def __init__(self, session: zenoh.Session, name: str, clock: Clock = system_clock) -> None:
@@ -78,26 +79,27 @@ class Listener:
     ) -> Iterator[T]:
         """What any topic says. convert: makes of a message what is wanted of it."""
         subscriber = Subscriber(self.session, key_of(self.name, topic.name), newest, clock=self._clock)
-        return self._each(subscriber, lambda payload: convert(decode(topic.message, payload)), timeout_s)
+        return self._each(subscriber, Reader(topic, convert), timeout_s)
 
-    def _each(self, subscriber: Subscriber, convert: Callable[[bytes], T], timeout_s: Optional[float]) -> Iterator[T]:
+    def _each(self, subscriber: Subscriber, reader: Reader[T], timeout_s: Optional[float]) -> Iterator[T]:
         try:
             while True:
-                received = self._next(subscriber, timeout_s)
-                if received is None:
+                value = self._next(subscriber, reader, timeout_s)
+                if value is None:
                     return
-                yield convert(received.payload)
+                yield value
         finally:
             if not self.session.is_closed():
                 subscriber.undeclare()
 
-    def _next(self, subscriber: Subscriber, timeout_s: Optional[float]) -> Optional[Received]:
+    def _next(self, subscriber: Subscriber, reader: Reader[T], timeout_s: Optional[float]) -> Optional[T]:
         """None where the session was closed."""
         since_ns = self._clock()
         while not self.session.is_closed():
             received = subscriber.wait(TURN_S if timeout_s is None else min(TURN_S, timeout_s))
-            if received is not None:
-                return received
+            value = None if received is None else reader.read(received.payload)
+            if value is not None:
+                return value
             if timeout_s is not None and self._clock() - since_ns >= timeout_s * 1e9:
                 raise UnreachableError(f"{subscriber.key}: nothing came for {timeout_s:g} s: is the robot running?")
         return None

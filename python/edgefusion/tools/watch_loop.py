@@ -40,7 +40,7 @@ class Watch:
         self._last: Detections | None = None
 
     def look(self) -> Watched:
-        """As of now. Raises WireError for messages that are none."""
+        """As of now."""
         for received in self._frames.take():
             self._last = to_detections_detail(decode(String, received.payload))
             self._came_ns.append(received.received_ns)
