@@ -100,9 +100,10 @@ def test_who_hangs_is_killed_with_all_that_it_has_started(tmp_path: Path) -> Non
 
 
 def test_what_is_no_status_is_no_sign_of_life(tmp_path: Path) -> None:
-    with FakeSystemd(tmp_path, child("vision", "garbage", silence_s=0.2)) as systemd:
+    silence_s = 1.2  # so long that it is well for longer than systemd waits to be told of a change
+    with FakeSystemd(tmp_path, child("vision", "garbage", silence_s=silence_s)) as systemd:
         systemd.status("vision ok: sense")
-        systemd.status("vision failed: silent for 0.2 s")
+        systemd.status("vision failed: silent for 1.2 s")
 
 
 def drives(robot: ServedPioneer) -> bool:
