@@ -12,14 +12,14 @@ import json
 import sys
 import threading
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Tuple
 
 import msgspec
+from benchmarks.joining import joined
 
 from edgefusion.bus import topics
-from edgefusion.bus.client import Robot, connect
+from edgefusion.bus.client import Robot
 from edgefusion.bus.session import UnreachableError
 from edgefusion.clock import system_clock
 from edgefusion.errors import RefusedError
@@ -77,7 +77,7 @@ def _report(message: String) -> Dict[str, Any]:
 def main(argv: List[str]) -> None:
     endpoint, folder, x_m, y_m, theta, label = argv
     notes = Notes()
-    with _joined(endpoint) as robot:
+    with joined(endpoint, JOINING_S) as robot:
         _say("joined")
         notes.watch(robot)
         _wait(lambda: notes.frames)
@@ -127,15 +127,6 @@ def _leave(folder: Path, notes: Notes, begun_ns: int, last: MissionReport) -> No
         "figures": notes.figures,
     }
     (folder / "laptop.json").write_text(json.dumps(record), encoding="utf-8")
-
-
-def _joined(endpoint: str) -> Robot:
-    """As soon as there is a router."""
-    end_s = time.monotonic() + JOINING_S
-    while time.monotonic() < end_s:
-        with suppress(UnreachableError):
-            return connect(endpoint, timeout_s=0.5)
-    raise UnreachableError(f"{endpoint}: expected a router within {JOINING_S:g} s")
 
 
 def _wait(holds: Any) -> None:

@@ -15,9 +15,10 @@ from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 from benchmarks.end_to_end_robot import RobotProcess, RobotSetup, free_endpoint, write_config
 from benchmarks.end_to_end_world import LiveRun
+from benchmarks.joining import joined
 from benchmarks.process_memory import busy_s, processes
 
-from edgefusion.bus.client import Robot, connect
+from edgefusion.bus.client import Robot
 from edgefusion.bus.session import UnreachableError
 from edgefusion.errors import RefusedError
 from edgefusion.sim.live_devices import LiveSetup
@@ -66,7 +67,7 @@ def loaded(setup: RobotSetup, folder: Path, wrapper: Sequence[str], window_s: fl
         _pumped(live, stack)
         process = RobotProcess(write_config(folder, live.devices, setup, endpoint), folder / "robot.log", wrapper)
         stack.callback(process.end)
-        robot = stack.enter_context(_joined(endpoint))
+        robot = stack.enter_context(joined(endpoint, READY_S))
         _wait_until_well(robot)
         before = _busy(process.pid)
         begun_s = time.monotonic()
@@ -118,14 +119,6 @@ def _wait_until_well(robot: Robot) -> None:
 
 def _figures(robot: Robot) -> Dict[str, Mapping[str, Any]]:
     return {report.health.component: report.figures for report in robot.status.healths}
-
-
-def _joined(endpoint: str) -> Robot:
-    end_s = time.monotonic() + READY_S
-    while time.monotonic() < end_s:
-        with suppress(UnreachableError):
-            return connect(endpoint, timeout_s=0.5)
-    raise UnreachableError(f"{endpoint}: expected a router within {READY_S:g} s")
 
 
 def _busy(supervisor: int) -> Dict[Tuple[str, int], float]:

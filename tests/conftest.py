@@ -1,13 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""What the tests share: the real data beside the project, where a machine has it."""
+"""What the tests share: the real data beside the project, where a machine has it, and a bus."""
+
+from __future__ import annotations
 
 import os
 import signal
+from contextlib import ExitStack
 from pathlib import Path
+from typing import Iterator
 
 import pytest
 from hypothesis import settings
+
+from bus_lab import Lab
 
 # No test depends on how fast the machine is; CI tries the same examples every time, people new ones.
 settings.register_profile("edgefusion", deadline=None, derandomize="CI" in os.environ)
@@ -26,3 +32,12 @@ def shared_data() -> Path:
     if not SHARED_DATA.is_dir():
         pytest.skip("the real data (../shared/data) is not on this machine")
     return SHARED_DATA
+
+
+@pytest.fixture
+def lab() -> Iterator[Lab]:
+    """A router on a port of its own, and what joins it."""
+    with ExitStack() as stack:
+        lab = Lab(stack)
+        lab.router()
+        yield lab

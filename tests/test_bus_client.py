@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import ExitStack
 from itertools import islice
 from typing import Any, Iterator, List
 
@@ -34,14 +33,6 @@ from edgefusion.messages.from_healths import from_healths
 from edgefusion.messages.from_mission import from_mission
 from edgefusion.messages.to_cmd_vel import to_cmd_vel
 from edgefusion.types import Health, HealthState, Twist2D
-
-
-@pytest.fixture
-def lab() -> Iterator[Lab]:
-    with ExitStack() as stack:
-        lab = Lab(stack)
-        lab.router()
-        yield lab
 
 
 @pytest.fixture

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from contextlib import ExitStack
-from typing import Any, Callable, Iterator, Optional
+from typing import Any, Callable, Optional
 
 import msgspec
 import pytest
@@ -22,14 +21,6 @@ from edgefusion.bus.tags import Tagger
 from edgefusion.errors import RefusedError
 
 LIMITS = CommandLimits(4096, 1e6, burst=100_000)
-
-
-@pytest.fixture
-def lab() -> Iterator[Lab]:
-    with ExitStack() as stack:
-        lab = Lab(stack)
-        lab.router()
-        yield lab
 
 
 def serve(lab: Lab, handle: Callable[[Any], None], limits: CommandLimits = LIMITS) -> Service[StopRequest]:

@@ -13,7 +13,7 @@ import threading
 import time
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Iterator, List
+from typing import Any, List
 
 import pytest
 from msgspec.structs import replace
@@ -34,14 +34,6 @@ INSPECTED = InspectionReport(
     id="i1", label="oscilloscope", group="instrument", score=0.9, distance_m=1.2, place_m=(3.0, 1.0),
     pose=(2.0, 1.0, 0.0), begun_ns=1, stood_ns=2, ended_ns=3, picture_ns=2,
 )  # fmt: skip
-
-
-@pytest.fixture
-def lab() -> Iterator[Lab]:
-    with ExitStack() as stack:
-        lab = Lab(stack)
-        lab.router()
-        yield lab
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from typing import Any, Iterator
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -38,14 +38,6 @@ AHEAD_NS = 1000 * S
 
 def robots_clock() -> int:
     return system_clock() + AHEAD_NS
-
-
-@pytest.fixture
-def lab() -> Iterator[Lab]:
-    with ExitStack() as stack:
-        lab = Lab(stack)
-        lab.router()
-        yield lab
 
 
 def test_another_computers_clock_is_read_with_no_more_than_the_error_that_is_said(lab: Lab) -> None:

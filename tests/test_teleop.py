@@ -11,8 +11,7 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import ExitStack
-from typing import Iterator, List
+from typing import List
 
 import pytest
 
@@ -79,14 +78,6 @@ def test_what_was_pressed_while_nobody_listened_moves_nothing_later() -> None:
     now_ns[0] += 100 * MS
     teleop.turn()
     assert robot.twists == []
-
-
-@pytest.fixture
-def lab() -> Iterator[Lab]:
-    with ExitStack() as stack:
-        lab = Lab(stack)
-        lab.router()
-        yield lab
 
 
 @pytest.mark.parametrize("end", [b"q", signal.SIGINT, signal.SIGTERM])

@@ -12,8 +12,7 @@ import signal
 import subprocess
 import sys
 import threading
-from contextlib import ExitStack
-from typing import Callable, Iterator
+from typing import Callable
 
 import pytest
 
@@ -36,14 +35,6 @@ from edgefusion.types import Health, HealthState
 
 COMMAND = [sys.executable, "-m", "edgefusion.cli"]
 S = 1_000_000_000
-
-
-@pytest.fixture
-def lab() -> Iterator[Lab]:
-    with ExitStack() as stack:
-        lab = Lab(stack)
-        lab.router()
-        yield lab
 
 
 @pytest.fixture
