@@ -185,7 +185,7 @@ def test_orders_of_other_threads_are_carried_out_between_two_steps() -> None:
         with pytest.raises(RefusedError, match="resume: expected a mission that is stopped"):
             running.base.resume()
         running.base.stop("operator")
-        wait_for(lambda: "operator" in outputs[-1].decision.reason)
+        wait_for(lambda: outputs and "operator" in outputs[-1].decision.reason)
         running.base.cancel()
         running.base.resume()
         wait_for(lambda: "operator" not in outputs[-1].decision.reason)
