@@ -66,6 +66,23 @@ def test_a_base_that_was_halted_for_a_second_says_first_to_stop(tmp_path) -> Non
         wait_for(lambda: it.moving(0.1))  # it is well, and goes on
 
 
+def test_what_an_operator_has_stopped_stays_so_when_base_is_killed_until_they_resume(tmp_path) -> None:
+    with BusRobot(tmp_path) as it:
+        robot = it.start("run").connect()
+        it.go(robot)
+        wait_for(it.moving)
+        robot.stop("there is a child")
+        os.kill(it.child_of("run", "base"), signal.SIGKILL)
+        wait_for(lambda: "base" not in robot.status.alive)
+        since_ns = time.monotonic_ns()
+        errand = it.go(robot)
+        wait_for(lambda: robot.status.mission.stamp_ns >= errand.since_ns)
+        assert (robot.status.mission.state, robot.status.mission.reason) == ("stopped", "there is a child")
+        assert it.velocities(since_ns) <= {0}
+        robot.resume()
+        wait_for(it.moving)
+
+
 def test_a_base_that_is_killed_at_speed_is_stopped_for_and_its_robot_stays_when_it_is_back(tmp_path) -> None:
     with BusRobot(tmp_path) as it:
         robot = it.start("run").connect()

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from edgefusion.errors import RefusedError
 from edgefusion.service.child_spec import ChildSpec, GiveUp
 from edgefusion.service.supervision import END_NS, GRACE_NS, Supervision
-from edgefusion.service.supervision_actions import Send, StopRobot
+from edgefusion.service.supervision_actions import Send, Start, StopRobot
 from edgefusion.types import HealthState
 from supervised import BASE, BUS, LINE, REQUIRED_VISION, VISION, S, Supervised
 
@@ -30,6 +30,20 @@ def test_all_are_started_at_once_and_it_is_ready_when_all_that_it_needs_have_sho
     made.silent = {"vision"}
     made.turn()
     assert made.supervision.ready
+
+
+def test_a_base_that_an_operator_has_stopped_is_started_again_as_one_that_is_stopped() -> None:
+    made = Supervised()
+    for stopped in ("there is a child", ""):
+        made.statuses["base"], made.silent = {**LINE, "stopped": stopped}, set()
+        made.run(10)
+        made.done.clear()
+        made.silent = {"base"}  # those that come next say nothing, and are killed: the stop is not lost with them
+        made.die("base")
+        made.run(30)
+        starts = [action for _, action in made.done if isinstance(action, Start)]
+        assert len(starts) > 1
+        assert {start.stopped for start in starts} == {stopped}
 
 
 def test_once_ready_it_stays_so() -> None:

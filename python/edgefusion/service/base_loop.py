@@ -53,6 +53,11 @@ class BaseLoop:
         self._way_every_ns, self._way_ns = round(1e9 / config.bus.state_hz), 0
         self.pose: Pose2D | None = None
 
+    @property
+    def ordered_stop(self) -> str:
+        """Why an operator has stopped it; empty where none has, or they resumed."""
+        return self._stops.ordered
+
     def goto(self, goals: Sequence[Goal]) -> None:
         """Drive to these goals, in this order, instead of to those that are left. What a failure of the robot has
         stopped is left by that; what an operator has stopped is not until `resume`.

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Dict, List, Mapping
 
 from edgefusion.bus.arbiter import Arbiter
+from edgefusion.bus.requests import StopRequest
 from edgefusion.config import BusConfig, Config
 from edgefusion.messages.frames import BASE_LINK, LASER
 from edgefusion.messages.stamps import Stamper
@@ -40,14 +41,17 @@ class BaseProcess:
         self._config, self._beats = config, beats
         self._utc_offset_ns = utc_offset_ns()
         self._lines = lines_to(config, config.robot.port, config.laser.port, lock_folder)
-        loop = loop_of(config)
-        self._helm = Helm(loop, _arbiter(config.bus))
+        self._loop = loop_of(config)
+        self._helm = Helm(self._loop, _arbiter(config.bus))
         self._real_time = RealTime()
-        self._base = base_on(config, self._lines, loop, self._watch, self._inlet, self._real_time, self._hear)
+        self._base = base_on(config, self._lines, self._loop, self._watch, self._inlet, self._real_time, self._hear)
         stamper = Stamper(self._utc_offset_ns)
         self._bus = BaseBus(config.bus, _mounting(config), stamper, self._helm, self._base, self._figures)
         self._keeper: Teller[InspectionResult] = Teller("keeping inspections", self._keep)
         self._says = "starts"
+        if beats.stopped:
+            log.warning("an operator has stopped the base before this one: it stands until `resume`: %s", beats.stopped)
+            self._helm.stop(StopRequest(beats.stopped))
 
     def run(self) -> None:
         """Until an exception, as a signal raises it, or the supervisor is gone; the robot is told to stop first.
@@ -81,9 +85,9 @@ class BaseProcess:
             self._keeper(step.result)
 
     def _beat(self) -> None:
-        """Also says where its robot is, so that somebody else can stop it."""
-        line = self._lines.robot
-        status: Dict[str, Any] = {"port": line.name, "baudrate": line.baudrate, "says": self._says}
+        """Also says where its robot is, so that somebody else can stop it, and whether the next base is to stand."""
+        line, stopped = self._lines.robot, self._loop.ordered_stop
+        status: Dict[str, Any] = {"port": line.name, "baudrate": line.baudrate, "says": self._says, "stopped": stopped}
         self._beats.beat(status)
         if self._beats.parent_gone():
             self._base.end()

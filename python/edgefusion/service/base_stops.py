@@ -12,12 +12,14 @@ _UNDER_WAY = (MissionState.DRIVING, MissionState.INSPECTING)
 
 
 class Stops:
-    """held: since the robot failed, and not by an operator: a new goal is leave enough."""
+    """held: since the robot failed, and not by an operator: a new goal is leave enough. ordered: why an operator has
+    stopped it; empty once they resumed."""
 
     def __init__(self, mission: Mission, gate: SafetyGate) -> None:
         self._mission, self._gate = mission, gate
         self._paused = False  # since somebody else drives
         self.held = False
+        self.ordered = ""
 
     def stop(self, reason: str) -> None:
         """An operator's, until they resume. Raises RefusedError for no reason."""
@@ -27,6 +29,7 @@ class Stops:
         self._mission.stop(reason)
         self._gate.stop(reason)
         self.held = False
+        self.ordered = self.ordered or reason
 
     def pause(self, reason: str) -> None:
         """The mission's alone, while somebody else drives, until they resume."""
@@ -49,3 +52,4 @@ class Stops:
             self._mission.resume()
         self._gate.resume()
         self.held = self._paused = False
+        self.ordered = ""

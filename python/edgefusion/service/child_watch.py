@@ -54,6 +54,11 @@ class ChildWatch:
         self._failures_ns: Deque[int] = deque()
         self._started_ns = self._heard_ns = 0
 
+    @property
+    def stopped(self) -> str:
+        """Why an operator has stopped its robot, in whichever of its lives, and has not resumed."""
+        return str(self.line_status.get("stopped", ""))
+
     def is_due(self, now_ns: int) -> bool:
         """Whether it is to be started."""
         return self.state is State.WAITING and self._backoff.due(now_ns)

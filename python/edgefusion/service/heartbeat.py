@@ -24,6 +24,9 @@ from edgefusion.types import Health
 ENVIRONMENT = "EDGEFUSION_HEARTBEAT_FD"
 """Names the file descriptor of the line, a socket that keeps messages apart."""
 
+STOPPED = "EDGEFUSION_STOPPED"
+"""Says why an operator has stopped the process that this one takes the place of; unset or empty where none has."""
+
 MAX_BYTES = 16_384
 """Of a message. A socket's buffer takes several."""
 
@@ -39,11 +42,12 @@ class Heartbeat:
     """socket_: of the kind SEQPACKET; None: nobody supervises, beats go nowhere.
 
     A status is a flat JSON object. Of a process that drives a robot: `port`, its port, and `baudrate`, the line's speed
-    now, so that the supervisor can stop the robot. Of any: `says`, what it does, in a few words for people.
+    now, so that the supervisor can stop the robot, and `stopped`, why an operator has stopped it, which the process
+    that takes its place finds in its own stopped. Of any: `says`, what it does, in a few words for people.
     """
 
-    def __init__(self, socket_: socket.socket | None, clock: Clock = system_clock) -> None:
-        self._socket, self._clock = socket_, clock
+    def __init__(self, socket_: socket.socket | None, clock: Clock = system_clock, stopped: str = "") -> None:
+        self._socket, self._clock, self.stopped = socket_, clock, stopped
         self._sent: bytes | None = None
         self._sent_ns = 0
         self._gone = False
@@ -99,14 +103,14 @@ def from_environment(environment: MutableMapping[str, str] | None = None, clock:
     For the main thread: from here on SIGTERM comes when the supervisor dies. Raises RefusedError for what is no line.
     """
     environment = os.environ if environment is None else environment
-    text = environment.pop(ENVIRONMENT, None)
+    text, stopped = environment.pop(ENVIRONMENT, None), environment.pop(STOPPED, "")
     if text is None:
         return Heartbeat(None, clock)
     line = _line(text)
     line.setblocking(False)
     os.set_inheritable(line.fileno(), False)
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, int(signal.SIGTERM), 0, 0, 0)
-    return Heartbeat(line, clock)
+    return Heartbeat(line, clock, stopped)
 
 
 def _line(text: str) -> socket.socket:

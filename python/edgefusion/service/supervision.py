@@ -141,7 +141,7 @@ class Supervision:
 
     def _look_at(self, child: ChildWatch, now_ns: int) -> None:
         if child.is_due(now_ns):
-            self._actions.append(Start(child.spec))
+            self._actions.append(Start(child.spec, child.stopped))
         silence = child.silence(now_ns)
         if silence:
             self._kill(child, silence)

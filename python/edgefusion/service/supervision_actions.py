@@ -10,9 +10,10 @@ from edgefusion.service.child_spec import ChildSpec
 
 
 class Start(NamedTuple):
-    """To be answered by started() or not_started()."""
+    """To be answered by started() or not_started(). stopped: why an operator has stopped the one before it."""
 
     spec: ChildSpec
+    stopped: str = ""
 
 
 class Send(NamedTuple):

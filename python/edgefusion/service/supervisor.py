@@ -10,7 +10,7 @@ import signal
 from typing import Dict, Mapping, Sequence, Tuple
 
 from edgefusion.clock import Clock, system_clock
-from edgefusion.service import notify, utc
+from edgefusion.service import heartbeat, notify, utc
 from edgefusion.service.child_process import ChildProcess
 from edgefusion.service.child_spec import ChildSpec
 from edgefusion.service.last_stop import stop_robot
@@ -88,15 +88,16 @@ class Supervisor:
 
     def _do(self, action: Action, now_ns: int) -> None:
         if isinstance(action, Start):
-            self._start(action.spec, now_ns)
+            self._start(action, now_ns)
         elif isinstance(action, StopRobot):
             self._stops.begin(action.name, action.status, action.by_ns)
         elif action.name in self._children:
             self._children[action.name].send(action.number)
 
-    def _start(self, spec: ChildSpec, now_ns: int) -> None:
+    def _start(self, start: Start, now_ns: int) -> None:
+        spec = start.spec
         try:
-            child = ChildProcess(spec, self._environment)
+            child = ChildProcess(spec, {**self._environment, heartbeat.STOPPED: start.stopped})
         except OSError as error:
             self._supervision.not_started(now_ns, spec.name, f"cannot be run: {error}")
             return
