@@ -36,14 +36,15 @@ def room(base: BaseConfig = CONFIG.base) -> PlanSimulation:
 
 @dataclass
 class Bench:
-    """Steps a loop 20 times a second. healths: as the devices report them; failures: as DeviceNews counts them; mute:
-    devices of which nothing comes, though they do not know it; changes: to every report of the robot; truth: where the
-    robot was at every tick."""
+    """Steps a loop 20 times a second. healths: as the devices report them; failures: as DeviceNews counts them; others:
+    the supervisor's healths; mute: devices of which nothing comes, though they do not know it; changes: to every report
+    of the robot; truth: where the robot was at every tick."""
 
     loop: BaseLoop = field(default_factory=lambda: BaseLoop(CONFIG))
     simulation: PlanSimulation = field(default_factory=room)
     healths: dict = field(default_factory=lambda: dict(WELL))
     failures: dict = field(default_factory=lambda: {"robot": (0, ""), "laser": (0, "")})
+    others: tuple = ()
     mute: set = field(default_factory=set)
     changes: dict = field(default_factory=dict)
     outputs: list = field(default_factory=list)
@@ -60,7 +61,7 @@ class Bench:
             self._scan = simulation.newest_scan()
         if "robot" not in self.mute and simulation.stamp_ns % REPORT_NS == 0:
             self._report = RobotReport(self._state(), np.zeros((0, 2)), 1)
-        inputs = Inputs(self._news("robot", self._report), self._news("laser", self._scan))
+        inputs = Inputs(self._news("robot", self._report), self._news("laser", self._scan), healths=self.others)
         outputs = self.loop.step(simulation.stamp_ns, inputs)
         self.outputs.append(outputs)
         simulation.command(outputs.command)

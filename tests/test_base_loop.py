@@ -17,6 +17,7 @@ from edgefusion.navigation.law import as_carried
 from edgefusion.navigation.mission_step import MissionState
 from edgefusion.navigation.safety import Action
 from edgefusion.service.base_loop import BaseLoop
+from edgefusion.service.base_reports import base_health
 from edgefusion.types import Goal, Health, HealthState, Pose2D, Twist2D
 
 BACK = Goal("back", Pose2D(0.0, 0.0), 0.05, math.pi)
@@ -86,6 +87,17 @@ def test_a_goal_at_boot_is_refused_with_the_reason_and_taken_once_it_is_gone(hea
     assert stands(bench.run(1))
     bench.loop.goto([AHEAD])
     assert bench.run(1.5)[-1].command.v_mps > 0.2
+
+
+def test_it_drives_on_without_a_vision_that_was_given_up_and_says_that_it_is_degraded() -> None:
+    bench = driving()
+    assert base_health(bench.tick()) == Health("base", HealthState.OK)
+    bench.others = (failed("vision", "given up after 5 failures"),)
+    assert {each.command.v_mps > 0.2 for each in bench.run(1)} == {True}
+    without = "drives on without vision: given up after 5 failures"
+    assert base_health(bench.outputs[-1]) == Health("base", HealthState.DEGRADED, without)
+    bench.fail("laser", "silent")
+    assert base_health(bench.tick()) == Health("base", HealthState.DEGRADED, "scan: none yet; laser: silent")
 
 
 def test_with_a_low_battery_goals_are_refused_but_the_last_is_driven_to() -> None:

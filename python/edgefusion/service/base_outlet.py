@@ -115,4 +115,4 @@ class BaseOutlet:
     def _healths(self, outputs: Outputs) -> List[Health]:
         """Of a component that failed and is well again, how it is now."""
         newest = {health.component: health for health in reversed(outputs.healths)}
-        return [*newest.values(), base_health(outputs.decision)]
+        return [*newest.values(), base_health(outputs)]

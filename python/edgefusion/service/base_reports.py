@@ -56,10 +56,12 @@ def inspection_report(result: InspectionResult) -> InspectionReport:
     )
 
 
-def base_health(decision: Decision) -> Health:
-    """Of the base itself: degraded while something holds or slows the robot."""
-    reasons = [finding.reason for finding in decision.findings if finding.action > Action.RUN]
-    return Health(COMPONENT, HealthState.DEGRADED, "; ".join(reasons)) if reasons else Health(COMPONENT, HealthState.OK)
+def base_health(outputs: Outputs) -> Health:
+    """Of the base itself: degraded while something holds or slows the robot, or it drives on without what failed."""
+    failed = [each for each in outputs.healths if each.state is HealthState.FAILED]
+    without = [f"drives on without {each.component}: {each.reason}" for each in failed]
+    reason = _held(outputs.decision) or "; ".join(without)
+    return Health(COMPONENT, HealthState.DEGRADED if reason else HealthState.OK, reason)
 
 
 def way_poses(way_m: npt.NDArray[np.float64]) -> List[Pose2D]:
@@ -71,9 +73,13 @@ def way_poses(way_m: npt.NDArray[np.float64]) -> List[Pose2D]:
     return [Pose2D(x, y, theta) for (x, y), theta in zip(way_m.tolist(), [*headings, headings[-1]])]
 
 
+def _held(decision: Decision) -> str:
+    return "; ".join(finding.reason for finding in decision.findings if finding.action > Action.RUN)
+
+
 def _note(outputs: Outputs) -> str:
     """What the robot is doing, and what keeps it from that."""
-    held = base_health(outputs.decision).reason if _wants_to_move(outputs.mission) else ""
+    held = _held(outputs.decision) if _wants_to_move(outputs.mission) else ""
     return "; ".join(text for text in (outputs.mission.note, held) if text)
 
 
