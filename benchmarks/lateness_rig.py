@@ -16,7 +16,7 @@ from typing import Any, Dict, List, Mapping, Sequence, Tuple
 from benchmarks.end_to_end_robot import RobotProcess, RobotSetup, free_endpoint, write_config
 from benchmarks.end_to_end_world import LiveRun
 from benchmarks.joining import joined
-from benchmarks.process_memory import busy_s, processes
+from benchmarks.process_memory import busy_s, processes, spent_by_all
 
 from edgefusion.bus.client import Robot
 from edgefusion.bus.session import UnreachableError
@@ -36,7 +36,8 @@ WINDOW_S = 62.0
 @dataclass(frozen=True)
 class Load:
     """How late cycles were [ms] while vision had work. worst: since the base was started. real_time: how many of its
-    threads have it. cores: what each process had of the processors. figures: what the detector said of itself."""
+    threads have it. cores: what each process had of the processors. busy: which share of all processors somebody had.
+    figures: what the detector said of itself."""
 
     cycles: int
     p50: float
@@ -44,6 +45,7 @@ class Load:
     worst: float
     real_time: int
     cores: Mapping[str, float]
+    busy: float
     figures: Mapping[str, str]
 
 
@@ -69,17 +71,17 @@ def loaded(setup: RobotSetup, folder: Path, wrapper: Sequence[str], window_s: fl
         stack.callback(process.end)
         robot = stack.enter_context(joined(endpoint, READY_S))
         _wait_until_well(robot)
-        before = _busy(process.pid)
+        before, all_before = _busy(process.pid), spent_by_all()
         begun_s = time.monotonic()
         _drive_about(robot, begun_s + window_s)
         reports, spent_s = _figures(robot), time.monotonic() - begun_s
-        after = _busy(process.pid)
+        after, busy = _busy(process.pid), spent_by_all().busy_since(all_before)
         lived = before.keys() & after.keys()  # who was started anew meanwhile has another number
         cores = {name: (after[name, pid] - before[name, pid]) / spent_s for name, pid in lived}
         base = reports["base"]
         late = [float(base[f"lateness {name} [ms]"]) for name in ("p50", "p99", "max")]
         threads = _in_real_time(processes(process.pid)["base"])
-        return Load(int(base["cycles"]), late[0], late[1], late[2], threads, cores, reports["detector"])
+        return Load(int(base["cycles"]), late[0], late[1], late[2], threads, cores, busy, reports["detector"])
 
 
 def _pumped(live: LiveRun, stack: ExitStack) -> None:

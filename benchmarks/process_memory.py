@@ -77,6 +77,24 @@ def busy_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+class Spent(NamedTuple):
+    """What all processors have done since the machine was started [s]."""
+
+    busy_s: float
+    all_s: float
+
+    def busy_since(self, before: Spent) -> float:
+        """The share of all processors' time that was used."""
+        return (self.busy_s - before.busy_s) / max(self.all_s - before.all_s, 1e-9)
+
+
+def spent_by_all() -> Spent:
+    """Of the whole machine, whoever it was spent on. What another machine beside it has taken counts as used."""
+    ticks = [int(each) for each in Path("/proc/stat").read_text(encoding="ascii").splitlines()[0].split()[1:9]]
+    idle, second = ticks[3] + ticks[4], os.sysconf("SC_CLK_TCK")
+    return Spent((sum(ticks) - idle) / second, sum(ticks) / second)
+
+
 def _memory(pid: int) -> Memory:
     lines = Path(f"/proc/{pid}/smaps_rollup").read_text(encoding="ascii").splitlines()[1:]
     kb = {name: int(rest.split()[0]) for name, _, rest in (line.partition(":") for line in lines)}

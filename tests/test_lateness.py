@@ -22,8 +22,10 @@ except OSError:
 """
 
 
-def load(p99: float, real_time: int = 3) -> Load:
-    return Load(1240, 0.2, p99, 2 * p99, real_time, {"vision": 1.5}, {"frames [Hz]": "8.0", "infer [ms]": "101.0"})
+def load(p99: float, real_time: int = 3, busy: float = 0.99) -> Load:
+    return Load(
+        1240, 0.2, p99, 2 * p99, real_time, {"vision": 1.5}, busy, {"frames [Hz]": "8.0", "infer [ms]": "101.0"}
+    )
 
 
 @pytest.mark.parametrize(
@@ -44,6 +46,10 @@ def test_only_what_no_load_explains_is_broken(name: str, p99: float, word: str) 
 def test_real_time_that_a_machine_does_not_give_is_not_judged() -> None:
     assert cells("real time", load(300.0, real_time=0))[-1] == "not allowed here"
     assert not is_broken("real time", load(300.0, real_time=0))
+
+
+def test_processors_that_had_nothing_to_do_are_no_test_of_lateness() -> None:
+    assert cells("unprivileged", load(1.0, busy=0.9))[-1] == "met, but the processors were not full: a larger --model"
 
 
 def test_what_is_begun_unprivileged_may_not_ask_for_real_time() -> None:
