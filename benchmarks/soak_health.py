@@ -25,8 +25,8 @@ class Sample(NamedTuple):
 
 
 class Growth(NamedTuple):
-    """From the first fifth of the time that is judged to the last: the least memory in each, since what is given back
-    again is no growth, and medians of the rest. judged_s: 0: it lived too short."""
+    """From the first fifth of the time that is judged to the last, medians of both: what a moment has more or less than
+    others is no growth. judged_s: 0: it lived too short."""
 
     name: str
     judged_s: float
@@ -99,5 +99,5 @@ class Traces:
 
 
 def _summed(samples: Sequence[Sample]) -> Sample:
-    at_s, _, handles, threads = (statistics.median(values) for values in zip(*samples))
-    return Sample(at_s, min(each.rss_mb for each in samples), round(handles), round(threads))
+    at_s, rss_mb, handles, threads = (statistics.median(values) for values in zip(*samples))
+    return Sample(at_s, rss_mb, round(handles), round(threads))

@@ -1,22 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""What a process gives back of the memory that it has once held."""
+"""What a process that a supervisor starts gives back of the memory that it has once held."""
 
 from __future__ import annotations
 
 import ctypes
+import os
 import subprocess
 import sys
+from typing import Mapping
 
 import pytest
 
+from base_lab import wait_for
+from edgefusion.service.child_process import ChildProcess
+from edgefusion.service.child_spec import ChildSpec
+from edgefusion.service.heap import ENVIRONMENT
+
 HOLDS = """
-import sys
 from ctypes import CDLL, c_size_t, c_void_p, memset
 from pathlib import Path
-from edgefusion.service.heap import give_back_early
 
-assert sys.argv[1] == "not" or give_back_early()
 libc = CDLL(None)
 libc.malloc.restype, libc.malloc.argtypes, libc.free.argtypes = c_void_p, [c_size_t], [c_void_p]
 
@@ -38,11 +42,22 @@ print(resident_mb() - before)
 """
 
 
-def grown_mb(how: str) -> float:
-    return float(subprocess.run([sys.executable, "-c", HOLDS, how], check=True, stdout=subprocess.PIPE).stdout)
+def grown_mb(environment: Mapping[str, str]) -> float:
+    there = {name: value for name, value in os.environ.items() if name not in ENVIRONMENT}
+    command = [sys.executable, "-c", HOLDS]
+    return float(subprocess.run(command, env={**there, **environment}, check=True, stdout=subprocess.PIPE).stdout)
 
 
 @pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "mallopt"), reason="glibc's settings, this is another C library")
 def test_pictures_that_are_freed_go_back_to_the_system_which_they_do_not_by_themselves() -> None:
-    assert grown_mb("not") > 40
-    assert grown_mb("early") < 5
+    assert grown_mb({}) > 40
+    assert grown_mb(ENVIRONMENT) < 5
+
+
+@pytest.mark.parametrize(("users", "its"), [({}, "2"), ({"MALLOC_ARENA_MAX": "7"}, "7")])
+def test_every_child_begins_with_these_settings_but_for_those_that_its_user_made(users, its: str) -> None:
+    says = f"import os, sys; sys.exit(os.environ['MALLOC_ARENA_MAX'] == '{its}')"
+    child = ChildProcess(ChildSpec("any", (sys.executable, "-c", says), 60.0, 60.0), users)
+    wait_for(lambda: child.poll() is not None)
+    child.close()
+    assert child.poll() == 1

@@ -159,7 +159,7 @@ def test_memory_that_a_process_takes_until_it_is_warm_is_no_growth() -> None:
 
 
 def test_memory_that_is_given_back_again_is_no_growth() -> None:
-    (growth,) = traced(lambda at_s: 250 if at_s > 1500 and at_s % 60 < 50 else 200).growths()
+    (growth,) = traced(lambda at_s: 250 if at_s > 1500 and at_s % 60 < 20 else 200).growths()
     assert growth.rss_mb == 0
 
 

@@ -14,7 +14,7 @@ from typing import Any, Dict, List, Mapping, Sequence
 
 import msgspec
 
-from edgefusion.service import heartbeat
+from edgefusion.service import heap, heartbeat
 from edgefusion.service.child_spec import ChildSpec
 from edgefusion.types import Health
 
@@ -94,7 +94,7 @@ def _popen(spec: ChildSpec, line: int, environment: Mapping[str, str]) -> subpro
     return subprocess.Popen(
         spec.argv,
         stdin=subprocess.DEVNULL,
-        env={**environment, heartbeat.ENVIRONMENT: str(line)},
+        env={**heap.ENVIRONMENT, **environment, heartbeat.ENVIRONMENT: str(line)},
         pass_fds=[line],
         start_new_session=True,
     )

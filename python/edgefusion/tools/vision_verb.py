@@ -34,7 +34,6 @@ def run(args: argparse.Namespace) -> int:
     from contextlib import suppress
 
     from edgefusion.config import load_config
-    from edgefusion.service.heap import give_back_early
     from edgefusion.service.heartbeat import from_environment
     from edgefusion.service.logs import set_up_logs
     from edgefusion.service.signals import ended_by_signals
@@ -43,7 +42,6 @@ def run(args: argparse.Namespace) -> int:
 
     config = load_config(args.config)
     set_up_logs(COMPONENT, config.service.log_level)
-    give_back_early()
     with suppress(KeyboardInterrupt), ended_by_signals():
         run_vision(config, from_environment())
     return 0
