@@ -84,6 +84,19 @@ def test_a_file_changes_only_what_it_names(tmp_path: Path) -> None:
             "[service]\nprocesses = ['vision']\n",
             "2: vision.model: expected one where service.processes ",
         ),
+        (
+            "[vision]\nmodel = 'net'\ncalibration = 'c.toml'\n[safety]\noptional = ['camera']\n",
+            "5: safety.optional: expected vision among them where service.drive_without_vision is true, got camera",
+        ),
+        (
+            "[bus]\nrequire_operator = true\nmax_command_hz = 5\n",
+            "3: bus.max_command_hz: expected at least 10 where bus.require_operator is true",
+        ),
+        (
+            "[bus]\nrequire_operator = true\noperator_timeout_s = 0.1\n",
+            "3: bus.operator_timeout_s: expected at least 0.2 where",
+        ),
+        ("[bus]\nstate_hz = 0.2\n", "2: bus.state_hz: expected"),
         ("[vision]\nmodel = 'net'\n", "2: vision: model, calibration: expected both or neither, "),
         ("[vision]\nrequire_provider = true\n", "2: vision: require_provider: expected a provider beside it"),
         ('[bus]\nrobot = "a\\n"\n', r'2: bus.robot: expected no control characters, got "a\\n"'),

@@ -64,6 +64,25 @@ def test_ready_and_stopping_are_said_once(systemd: Systemd, notifier: Notifier) 
     assert systemd.heard() == ["READY=1", "STOPPING=1"]
 
 
+def test_what_systemd_did_not_take_at_first_is_said_again(
+    systemd: Systemd, notifier: Notifier, clock: SimClock
+) -> None:
+    def say() -> None:
+        clock.advance(STATUS_NS)
+        notifier.ready()
+        notifier.stopping()
+        notifier.status("well")
+
+    for _ in range(10_000):  # until its queue is full
+        clock.advance(S)
+        notifier.alive()
+    say()
+    assert set(systemd.heard()) == {"WATCHDOG=1"}
+    say()
+    say()
+    assert systemd.heard() == ["READY=1", "STOPPING=1", "STATUS=well"]
+
+
 def test_the_watchdog_hears_of_a_live_loop_twice_in_its_time(
     systemd: Systemd, notifier: Notifier, clock: SimClock
 ) -> None:

@@ -134,9 +134,17 @@ def test_without_a_model_there_is_no_vision() -> None:
     assert [spec.name for spec in children_of(Config(), Path("robot.toml"))] == ["bus", "base"]
 
 
-def test_without_leave_to_drive_on_vision_is_required() -> None:
-    config = configured(processes=("vision",), drive_without_vision=False)
-    assert children_of(config, Path("robot.toml"))[0].required
+@pytest.mark.parametrize(
+    ("processes", "drives_on", "required"),
+    [
+        (("bus", "base", "vision"), False, True),
+        (("bus", "base", "vision"), True, False),
+        (("vision",), True, True),  # on a computer of its own: nothing is left that could drive on
+    ],
+)
+def test_vision_is_required_where_nothing_can_drive_on_without_it(processes, drives_on: bool, required: bool) -> None:
+    config = configured(processes=processes, drive_without_vision=drives_on)
+    assert children_of(config, Path("robot.toml"))[-1].required is required
 
 
 @pytest.mark.parametrize(

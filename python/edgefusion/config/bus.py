@@ -57,7 +57,7 @@ class BusConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     """How often the camera's images are published at most, while somebody listens."""
     annotated_hz: UpTo100 = 5.0
     """How often images with boxes and labels are published at most, while somebody listens."""
-    state_hz: UpTo100 = 2.0
+    state_hz: Annotated[float, msgspec.Meta(ge=1, le=100)] = 2.0
     """How often states are published at least; changes are published at once."""
     jpeg_quality: Annotated[int, msgspec.Meta(ge=1, le=100)] = 80
     """Of the images. [%]"""

@@ -11,6 +11,9 @@ from edgefusion.errors import RefusedError
 if TYPE_CHECKING:
     from edgefusion.config import Config
 
+LEAST_HEARD_HZ, LEAST_SILENCE_S = 10.0, 0.2
+"""Of an operator's heartbeats: all of them, and one that is lost is not their absence."""
+
 
 def check_combinations(config: Config) -> None:
     """Raises RefusedError, which begins with the key that is to be changed."""
@@ -60,4 +63,37 @@ def _vision(config: Config) -> None:
         raise RefusedError("vision.model: expected one where service.processes is vision alone, got none")
 
 
-_CHECKS: Tuple[Callable[[Config], None], ...] = (_ports, _scan_ages, _cmd_vel, _base_silence, _vision)
+def _without_vision(config: Config) -> None:
+    """What was given up has failed for good."""
+    drives_on = config.service.drive_without_vision and {"base", "vision"} <= set(config.processes)
+    if drives_on and "vision" not in config.safety.optional:
+        raise RefusedError(
+            "safety.optional: expected vision among them where service.drive_without_vision is true, got "
+            + (", ".join(config.safety.optional) or "none")
+        )
+
+
+def _operator(config: Config) -> None:
+    """One who is there says so ten times a second, with what else they command."""
+    if not config.bus.require_operator:
+        return
+    for name, value, least in (
+        ("max_command_hz", config.bus.max_command_hz, LEAST_HEARD_HZ),
+        ("operator_timeout_s", config.bus.operator_timeout_s, LEAST_SILENCE_S),
+    ):
+        if value < least:
+            raise RefusedError(
+                f"bus.{name}: expected at least {least:g} where bus.require_operator is true: an operator's heartbeat "
+                f"comes every 0.1 s, got {value:g}"
+            )
+
+
+_CHECKS: Tuple[Callable[[Config], None], ...] = (
+    _ports,
+    _scan_ages,
+    _cmd_vel,
+    _base_silence,
+    _vision,
+    _without_vision,
+    _operator,
+)

@@ -31,7 +31,7 @@ def children_of(config: Config, path: Path) -> Tuple[ChildSpec, ...]:
         "vision": replace(
             vision,
             give_up=GiveUp(service.vision_failures, service.vision_failures_within_s),
-            required=not service.drive_without_vision,
+            required=not service.drive_without_vision or "base" not in config.processes,
             nice=_VISION_NICE,
             oom_score_adj=_VISION_OOM,
         ),

@@ -52,11 +52,13 @@ class Notifier:
         self._send_once("STOPPING=1")
 
     def status(self, text: str) -> None:
-        """For `systemctl status`, one line; sent where it changed, and not at once again."""
+        """For `systemctl status`, one line; sent where it changed, and not at once again. What systemd does not take is
+        sent again."""
         line, now_ns = "STATUS=" + " ".join(text.split()), self._clock()
         if line != self._status and (self._status_ns is None or now_ns - self._status_ns >= STATUS_NS):
-            self._status, self._status_ns = line, now_ns
-            self._send(line)
+            self._status_ns = now_ns
+            if self._send(line):
+                self._status = line
 
     def alive(self) -> None:
         """To be called in each cycle of the loop that must not hang; passed on twice in the watchdog's time."""
@@ -72,17 +74,19 @@ class Notifier:
             self._socket = None
 
     def _send_once(self, line: str) -> None:
-        if line not in self._said:
+        if line not in self._said and self._send(line):
             self._said.add(line)
-            self._send(line)
 
-    def _send(self, line: str) -> None:
+    def _send(self, line: str) -> bool:
+        """Whether it was taken; where nobody is to be told, it was."""
         if self._socket is None:
-            return
+            return True
         try:
             self._socket.sendto(line.encode(), self._address)
         except OSError as error:
             _LOG.warning("systemd does not take %s: %s", line, error)
+            return False
+        return True
 
 
 def _address(name: str) -> str:
