@@ -112,4 +112,6 @@ class BaseBus:
         if self._joined is not None:
             figures.update(self._joined.inbox.refused())
             figures.update(self._joined.services.refused())
+        if self.tell.lost:
+            figures["published too late, lost"] = str(self.tell.lost)
         return figures

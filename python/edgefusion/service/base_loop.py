@@ -54,6 +54,11 @@ class BaseLoop:
         self.pose: Pose2D | None = None
 
     @property
+    def over_limit(self) -> int:
+        """How many commands were faster than the base may go."""
+        return self._gate.over_limit
+
+    @property
     def ordered_stop(self) -> str:
         """Why an operator has stopped it; empty where none has, or they resumed."""
         return self._stops.ordered

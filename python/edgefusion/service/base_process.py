@@ -42,7 +42,7 @@ class BaseProcess:
         self._utc_offset_ns = utc_offset_ns()
         self._lines = lines_to(config, config.robot.port, config.laser.port, lock_folder)
         self._loop = loop_of(config)
-        self._helm = Helm(self._loop, _arbiter(config.bus))
+        self._helm = Helm(self._loop, _arbiter(config.bus), self._beat)
         self._real_time = RealTime()
         self._base = base_on(config, self._lines, self._loop, self._watch, self._inlet, self._real_time, self._hear)
         stamper = Stamper(self._utc_offset_ns)
@@ -50,7 +50,7 @@ class BaseProcess:
         self._keeper: Teller[InspectionResult] = Teller("keeping inspections", self._keep)
         self._says = "starts"
         if beats.stopped:
-            log.warning("an operator has stopped the base before this one: it stands until `resume`: %s", beats.stopped)
+            log.warning("stands until `resume`, as the base before this one did: %s", beats.stopped)
             self._helm.stop(StopRequest(beats.stopped))
 
     def run(self) -> None:
@@ -107,6 +107,8 @@ class BaseProcess:
             "lateness max [ms]": f"{lateness.max_ms:.1f}",
             "real time": str(self._real_time),
             "robot baudrate": str(self._lines.robot.baudrate),
+            "commands slowed to what the base may": str(self._loop.over_limit),
+            "goal_pose refused": str(self._helm.refused_goals),
         }
 
 

@@ -8,6 +8,7 @@ It has no clock or thread: all of it is the loop's, between two steps.
 from __future__ import annotations
 
 import logging
+from typing import Callable
 
 from edgefusion.bus.arbiter import Arbiter, Driver
 from edgefusion.bus.requests import GotoRequest, InspectRequest, StopRequest
@@ -23,10 +24,11 @@ log = logging.getLogger(__name__)
 
 
 class Helm:
-    """refused_goals: how many a `goal_pose` brought that the robot does not drive to."""
+    """refused_goals: how many a `goal_pose` brought that the robot does not drive to. stopped: called when somebody has
+    stopped it, before they are answered."""
 
-    def __init__(self, loop: BaseLoop, arbiter: Arbiter) -> None:
-        self._loop, self._arbiter = loop, arbiter
+    def __init__(self, loop: BaseLoop, arbiter: Arbiter, stopped: Callable[[], object] = lambda: None) -> None:
+        self._loop, self._arbiter, self._stopped = loop, arbiter, stopped
         self._poses = 0
         self.refused_goals = 0
 
@@ -54,6 +56,7 @@ class Helm:
         self._loop.stop(reason)
         if request.cancel:
             self._loop.cancel()
+        self._stopped()
 
     def resume(self, now_ns: int) -> None:
         """Raises RefusedError where nothing was stopped, and without the operator who is required."""

@@ -49,10 +49,9 @@ class VisionWatch:
     ) -> None:
         self._eye, self._status, self._camera = eye, status, camera
         self._quality, self._stamper, self._clock = config.jpeg_quality, stamper, clock
-        self._image, self._info = (
-            publisher(topics.IMAGE, config.image_hz),
-            publisher(topics.CAMERA_INFO, config.image_hz),
-        )
+        self._image = publisher(topics.IMAGE, config.image_hz)
+        # With every frame: on a beat of its own, who pairs them by their stamps would find none for an image.
+        self._info = publisher(topics.CAMERA_INFO, ALL_HZ)
         self._diagnostics = publisher(topics.DIAGNOSTICS, ALL_HZ)
         self._change = OnChange(round(1e9 / config.state_hz))
         self._frame_ns = 0
