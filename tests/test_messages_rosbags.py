@@ -15,11 +15,18 @@ from edgefusion.messages.cdr import decode, encode
 from edgefusion.messages.definitions import definition
 from edgefusion.messages.idl import Message
 from edgefusion.messages.registry import MESSAGES
-from edgefusion.messages.vision_msgs import Detection2DArray
 
 typesys = pytest.importorskip("rosbags.typesys", reason="rosbags is not installed")
-OURS_ALONE = "vision_msgs/"
-"""rosbags brings the definitions of all other packages itself."""
+VISION_MSGS = {
+    "Point2D": "float64 x\nfloat64 y",
+    "Pose2D": "vision_msgs/Point2D position\nfloat64 theta",
+    "BoundingBox2D": "vision_msgs/Pose2D center\nfloat64 size_x\nfloat64 size_y",
+    "ObjectHypothesis": "string class_id\nfloat64 score",
+    "ObjectHypothesisWithPose": "ObjectHypothesis hypothesis\ngeometry_msgs/PoseWithCovariance pose",
+    "Detection2D": "std_msgs/Header header\nObjectHypothesisWithPose[] results\nBoundingBox2D bbox\nstring id",
+    "Detection2DArray": "std_msgs/Header header\nDetection2D[] detections",
+}
+"""The fields of vision_msgs 4 (Humble and later); of all other packages rosbags brings the definitions itself."""
 
 every_type = pytest.mark.parametrize("name", sorted(MESSAGES))
 
@@ -32,8 +39,8 @@ def parsed(cls: type[Message], name: str) -> Any:
 @pytest.fixture(scope="module")
 def store() -> Any:
     store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-    types = parsed(Detection2DArray, "vision_msgs/msg/Detection2DArray")
-    store.register({name: types[name] for name in types if name.startswith(OURS_ALONE)})
+    for name, text in VISION_MSGS.items():
+        store.register(typesys.get_types_from_msg(text, f"vision_msgs/msg/{name}"))
     return store
 
 
@@ -70,6 +77,11 @@ def test_a_definition_has_the_fields_and_constants_of_ros_2(store: Any, name: st
         theirs = (getattr(store, "fielddefs", None) or store.FIELDDEFS)[each]  # old rosbags shouts
         assert list(members) == list(theirs[1]), each
         assert list(constants) == list(theirs[0]), each
+
+
+def test_of_vision_msgs_every_type_on_the_bus_is_compared_with_its_public_definition() -> None:
+    ours = {name for name in MESSAGES if name.startswith("vision_msgs/")}
+    assert ours == {f"vision_msgs/msg/{name}" for name in VISION_MSGS}
 
 
 @every_type
