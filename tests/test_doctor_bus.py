@@ -149,3 +149,20 @@ def test_a_machine_without_the_router_asks_for_it(tmp_path: Path) -> None:
         assert told([finding]) == ["ok bus"]
     finally:
         router.close()
+
+
+def test_a_machine_without_the_router_is_told_when_its_keys_are_not_a_robots(tmp_path: Path, keys: Path) -> None:
+    from edgefusion.bus.router import open_router
+
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    bus = {"listen": (endpoint,), "keys": str(keys / "robot")}
+    router = open_router(examination(tmp_path, bus=bus).config.bus)
+    said = []
+    try:
+        for role in ("robot", "operator", "viewer"):
+            bus = {"connect": endpoint, "keys": str(keys / role)}
+            (finding,) = check_bus(examination(tmp_path, bus=bus, service={"processes": ("base",)}))
+            said.append((finding.state.value, "expected a robot's keys, got " + role in finding.text))
+    finally:
+        router.close()
+    assert said == [("ok", False), ("failed", True), ("failed", True)]

@@ -17,6 +17,9 @@ from edgefusion.tools.doctor_finding import Examination, Finding, State
 from edgefusion.tools.doctor_sockets import Socket, own_sockets
 
 _HANDSHAKE_S = 3.0
+_COMMON_NAME = bytes.fromhex("0603550403")
+"""The number of that field, X.520's 2.5.4.3, in a certificate."""
+
 _SOON_S = 30 * 86400
 _NEW_KEYS = "make them anew: `edgefusion keys init`"
 _OTHER = "a router is there already: end it, or `systemctl stop edgefusion` for this check; `ss -ltnp` says who"
@@ -128,4 +131,18 @@ def _client(config: BusConfig, connect_s: float) -> Iterator[Finding]:
         yield Finding("bus", State.FAILED, str(error), cure)
         return
     session.close()
+    role = "robot" if keys is None else _role(keys)
+    if role != "robot":
+        text = f"{keys}: expected a robot's keys, got {role or 'another'}'s: nothing that it says would pass"
+        yield Finding("bus", State.FAILED, text, "make it some: `edgefusion keys add NAME --role robot`")
+        return
     yield Finding("bus", State.OK, f"the router at {config.router} lets this machine in")
+
+
+def _role(keys: Path) -> str:
+    """Which role its certificate was issued to: the last common name in it; the one before is its issuer's."""
+    from edgefusion.bus.key_files import find_keys
+
+    certificate = ssl.PEM_cert_to_DER_cert(find_keys(keys).certificate.read_text(encoding="ascii"))
+    name = certificate.rpartition(_COMMON_NAME)[2]
+    return name[2 : 2 + name[1]].decode("utf-8", "replace")
