@@ -99,6 +99,16 @@ def test_a_stop_is_told_with_its_reason_and_no_cmd_vel_moves_the_robot() -> None
     assert (report.state, report.reason, report.paused) == ("stopped", "look out", False)
 
 
+def test_where_the_goal_is_is_told_while_it_drives_and_while_it_is_stopped_and_not_when_it_is_given_up() -> None:
+    bench = underway()
+    assert mission_report(bench.outputs[0]).goal_m is None
+    assert mission_report(bench.outputs[-1]).goal_m == (1.0, 0.0)
+    bench.helm.stop(StopRequest("look out"))
+    assert mission_report(bench.run(0.5)[-1]).goal_m == (1.0, 0.0)
+    bench.helm.stop(StopRequest("enough", cancel=True))
+    assert mission_report(bench.run(0.5)[-1]).goal_m is None
+
+
 def test_a_stop_without_a_reason_is_a_stop() -> None:
     bench = underway()
     bench.helm.stop(StopRequest(""))

@@ -48,6 +48,7 @@ MISSION = MissionReport(
     stamp_ns=STAMP_NS,
     state="inspecting",
     goal_id="goal-1",
+    goal_m=(5.0, 5.5),
     pose=(1.5, 1.0, 0.0),
     way_left_m=2.5,
     note="standing: oscilloscope",
@@ -124,6 +125,16 @@ def test_a_report_that_is_none_is_refused(changes: dict) -> None:
         to_mission(String(json.dumps(content)))
     with pytest.raises(WireError, match=r"^inspection/meta: .*"):
         to_inspection(String(json.dumps(content)))
+
+
+def test_a_report_without_a_goal_has_no_field_that_older_readers_would_refuse() -> None:
+    report = MissionReport(stamp_ns=1, state="idle")
+    content = json.loads(from_mission(report).data)
+    assert set(content) == {
+        "version", "stamp_ns", "state", "reason", "goal_id", "pose", "way_left_m", "clearance_m", "paused", "note",
+        "result",
+    }  # fmt: skip
+    assert to_mission(String(json.dumps(content))) == report
 
 
 def test_where_there_is_no_way_none_is_left() -> None:

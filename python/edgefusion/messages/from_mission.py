@@ -6,11 +6,19 @@ from __future__ import annotations
 
 from typing import Union
 
-from edgefusion.messages.json_text import to_text
+import msgspec
+
 from edgefusion.messages.mission_report import InspectionReport, MissionReport
 from edgefusion.messages.std_msgs import String
 
 
 def from_mission(report: Union[MissionReport, InspectionReport]) -> String:
-    """For `mission` and `inspection/meta`."""
-    return to_text(report)
+    """For `mission` and `inspection/meta`.
+
+    A report without a goal has no `goal_m` either: readers from before there was one refuse what they do not know, and
+    so still read these.
+    """
+    content = msgspec.to_builtins(report)
+    if content.get("goal_m") is None:
+        content.pop("goal_m", None)
+    return String(msgspec.json.encode(content).decode())

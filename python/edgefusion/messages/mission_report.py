@@ -42,8 +42,9 @@ class InspectionReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 class MissionReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """How the mission is, and in one report each how an inspection ended.
 
-    state, reason, goal_id, note: as in navigation's MissionStep. pose: of the robot, None before it has reported.
-    way_left_m, clearance_m: None where there is none. paused: whether an operator drives until `resume`.
+    state, reason, goal_id, note: as in navigation's MissionStep. goal_m: where that goal is, None without one, and from
+    older robots. pose: of the robot, None before it has reported. way_left_m, clearance_m: None where
+    there is none. paused: whether an operator drives until `resume`.
     """
 
     version: Literal[1] = VERSION
@@ -51,6 +52,7 @@ class MissionReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     state: State
     reason: str = ""
     goal_id: str = ""
+    goal_m: Optional[Place] = None
     pose: Optional[Pose] = None
     way_left_m: Optional[float] = None
     clearance_m: Optional[float] = None

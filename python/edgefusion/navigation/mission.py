@@ -225,5 +225,4 @@ class Mission:
         note: str = "",
     ) -> MissionStep:
         result, self._result = self._result, None
-        goal_id = "" if goal is None else goal.id
-        return MissionStep(twist, self.state, self.reason, goal_id, progress, request, result, note)
+        return MissionStep(twist, self.state, self.reason, goal, progress, request, result, note)

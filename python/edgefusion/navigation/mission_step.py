@@ -9,7 +9,7 @@ from enum import Enum
 
 from edgefusion.navigation.inspection_result import InspectionResult, PictureRequest
 from edgefusion.navigation.progress import Progress
-from edgefusion.types import Twist2D
+from edgefusion.types import Goal, Twist2D
 
 
 class MissionState(str, Enum):
@@ -27,16 +27,21 @@ class MissionState(str, Enum):
 class MissionStep:
     """What to do now, and what happened.
 
-    reason: of BLOCKED and STOPPED. goal_id: of the goal that is driven to, or will be next; "" without one. progress:
-    the navigator's, while it drives or turns the robot. request, result: in one step each, when it is asked for and
-    when it is there. note: what the robot is doing, in words.
+    reason: of BLOCKED and STOPPED. goal: that is driven to, or will be next, as its operator gave it; None without one.
+    progress: the navigator's, while it drives or turns the robot. request, result: in one step each, when it is asked
+    for and when it is there. note: what the robot is doing, in words.
     """
 
     twist: Twist2D
     state: MissionState
     reason: str = ""
-    goal_id: str = ""
+    goal: Goal | None = None
     progress: Progress | None = None
     request: PictureRequest | None = None
     result: InspectionResult | None = None
     note: str = ""
+
+    @property
+    def goal_id(self) -> str:
+        """Of the goal; "" without one."""
+        return "" if self.goal is None else self.goal.id

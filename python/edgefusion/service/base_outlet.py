@@ -102,7 +102,8 @@ class BaseOutlet:
         if way_m is not None and self._path.wanted(now_ns):
             self._path.put(from_path(now_ns, way_poses(way_m), self._stamper), now_ns)
         report = mission_report(outputs)
-        what = report.state, report.reason, report.goal_id, report.paused, report.note, report.result
+        goal = report.goal_id, report.goal_m
+        what = report.state, report.reason, goal, report.paused, report.note, report.result
         if self._mission_change.due(now_ns, what) and self._mission.wanted(now_ns):
             self._mission.put(from_mission(report), now_ns)
 

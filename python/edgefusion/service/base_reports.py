@@ -10,7 +10,7 @@ from typing import List
 import numpy as np
 import numpy.typing as npt
 
-from edgefusion.messages.mission_report import InspectionReport, MissionReport, Pose
+from edgefusion.messages.mission_report import InspectionReport, MissionReport, Place, Pose
 from edgefusion.navigation.inspection_result import InspectionResult
 from edgefusion.navigation.mission_step import MissionState, MissionStep
 from edgefusion.navigation.safety import Action, Decision
@@ -28,6 +28,7 @@ def mission_report(outputs: Outputs) -> MissionReport:
         state=step.state.value,
         reason=step.reason,
         goal_id=step.goal_id,
+        goal_m=None if step.goal is None else _place(step.goal.pose),
         pose=None if outputs.pose is None else _pose(outputs.pose),
         way_left_m=None if step.progress is None else _finite(step.progress.way_left_m),
         clearance_m=None if step.progress is None else _finite(step.progress.clearance_m),
@@ -85,6 +86,10 @@ def _note(outputs: Outputs) -> str:
 
 def _wants_to_move(step: MissionStep) -> bool:
     return step.state in (MissionState.DRIVING, MissionState.INSPECTING)
+
+
+def _place(pose: Pose2D) -> Place:
+    return pose.x_m, pose.y_m
 
 
 def _pose(pose: Pose2D) -> Pose:
