@@ -15,7 +15,8 @@ from edgefusion.waiting import Wake
 
 log = logging.getLogger(__name__)
 
-PAUSE_S = 0.5
+OPENING_S, PAUSE_S = 1.0, 0.5
+"""So long an attempt of a process may take, and so much later it may end; so long until the next one."""
 
 
 class Joining:

@@ -17,7 +17,7 @@ from typing import Any, Mapping, Optional, Protocol
 import zenoh
 
 from edgefusion.bus.key_files import KeyFiles, find_keys
-from edgefusion.config.bus import BusConfig, check_client_endpoint
+from edgefusion.config.bus import BusConfig, check_endpoint
 
 RETRY = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
 
@@ -54,7 +54,7 @@ def open_client(
 
     Raises RefusedError for an endpoint or keys that will not do, UnreachableError where no router lets it in in time.
     """
-    check_client_endpoint("endpoint", endpoint, keys is not None)
+    check_endpoint("endpoint", endpoint, keys is not None)
     settings = {
         "mode": "client",
         "connect/endpoints": [endpoint],

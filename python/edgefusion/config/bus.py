@@ -64,12 +64,12 @@ class BusConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
 
     def __post_init__(self) -> None:
         check_fields(self)
-        endpoints = [_listener(text, self.keys is not None) for text in self.listen]
+        endpoints = [check_endpoint("listen", text, self.keys is not None) for text in self.listen]
         ports = [endpoint.port for endpoint in endpoints]
         if len(set(ports)) < len(ports):
             raise RefusedError(f"listen: expected a different port for each, got {', '.join(self.listen)}")
         if self.connect is not None:
-            check_client_endpoint("connect", self.connect, self.keys is not None)
+            check_endpoint("connect", self.connect, self.keys is not None)
 
     @property
     def router(self) -> str:
@@ -84,23 +84,13 @@ class BusConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
         return str(Endpoint("tls", "localhost" if first.host in ANY_HOST else first.host, first.port))
 
 
-def _listener(text: str, has_keys: bool) -> Endpoint:
-    endpoint = parse_endpoint("listen", text)
-    if endpoint.protocol == "tcp" and not endpoint.is_loopback:
-        raise RefusedError(
-            f"listen: expected tcp on loopback only, or tls with keys, got {text}: open to everybody on the network"
-        )
-    if endpoint.protocol == "tls" and not has_keys:
-        raise RefusedError(f"listen: expected keys for {text}: `edgefusion keys init` makes them")
-    return endpoint
-
-
-def check_client_endpoint(name: str, text: str, has_keys: bool) -> Endpoint:
-    """An endpoint to connect to. Raises RefusedError for commands in clear text over a network, and for tls without
-    keys."""
+def check_endpoint(name: str, text: str, has_keys: bool) -> Endpoint:
+    """To listen on or to connect to. Raises RefusedError for clear text over a network, and for tls without keys."""
     endpoint = parse_endpoint(name, text)
     if endpoint.protocol == "tcp" and not endpoint.is_loopback:
-        raise RefusedError(f"{name}: expected tcp on loopback only, or tls with keys, got {text}")
+        raise RefusedError(
+            f"{name}: expected tcp on loopback only, or tls with keys, got {text}: open to everybody on the network"
+        )
     if endpoint.protocol == "tls" and not has_keys:
         raise RefusedError(f"{name}: expected keys for {text}: `edgefusion keys init` makes them")
     return endpoint

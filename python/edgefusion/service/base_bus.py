@@ -10,7 +10,7 @@ import zenoh
 
 from edgefusion.bus.clock_id import clock_id
 from edgefusion.bus.clock_reading import ClockTeller
-from edgefusion.bus.joining import Joining
+from edgefusion.bus.joining import OPENING_S, Joining
 from edgefusion.bus.liveliness import declare_alive
 from edgefusion.bus.session import open_member
 from edgefusion.clock import system_clock
@@ -26,9 +26,6 @@ from edgefusion.service.base_services import BaseServices
 from edgefusion.service.helm import Helm
 from edgefusion.service.teller import Teller
 from edgefusion.types import Scan
-
-OPENING_S = 1.0
-"""So long an attempt to join may take; that much later the process may end."""
 
 TELLING_S = 0.5
 """So long the last that was done may take to be told."""

@@ -12,13 +12,13 @@ import zenoh
 
 from edgefusion.bus.clock_id import clock_id
 from edgefusion.bus.clock_reading import read_clock
-from edgefusion.bus.joining import Joining
+from edgefusion.bus.joining import OPENING_S, Joining
 from edgefusion.bus.session import open_member
 from edgefusion.config import BusConfig
 from edgefusion.service.robot_clock import RobotClock
 from edgefusion.waiting import Wake, join
 
-OPENING_S, ANSWER_S, END_S = 1.0, 0.2, 0.4
+ANSWER_S, END_S = 0.2, 0.4
 """The last is more than an answer takes, and little of the time that a process has to end."""
 FIRST, FIRST_S, AGAIN_S = 8, 0.05, 2.0
 """So many readings at first, so soon after each other; then one every two seconds."""

@@ -9,7 +9,7 @@ from typing import Callable, NamedTuple, Sequence
 
 import zenoh
 
-from edgefusion.bus.joining import Joining
+from edgefusion.bus.joining import OPENING_S, Joining
 from edgefusion.bus.liveliness import declare_alive
 from edgefusion.bus.publisher import Publisher
 from edgefusion.bus.session import open_member
@@ -32,7 +32,6 @@ from edgefusion.service.vision_watch import Status, VisionWatch
 from edgefusion.types import Scan
 
 COMPONENT = "vision"
-OPENING_S = 1.0
 ENDING_S = 0.5
 
 log = logging.getLogger(__name__)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Sequence
 
 from edgefusion.clock import Clock, system_clock
-from edgefusion.config import Config, VisionConfig
+from edgefusion.config import Config
 from edgefusion.drivers.camera import Camera
 from edgefusion.errors import RefusedError
 from edgefusion.messages.stamps import Stamper
@@ -18,7 +18,7 @@ from edgefusion.perception.calibration import load_calibration
 from edgefusion.perception.classifier import open_classifier
 from edgefusion.perception.detector import Detector
 from edgefusion.perception.groups import LabelGroups
-from edgefusion.perception.network import RuntimeOptions
+from edgefusion.perception.runtime_options import runtime_options
 from edgefusion.service.heartbeat import Heartbeat
 from edgefusion.service.real_time import scheduling
 from edgefusion.service.robot_camera import RobotCamera
@@ -105,10 +105,3 @@ def _see(vision: Vision, beats: Heartbeat, start_ns: int, known: Known) -> None:
         if look is not None and not seen:
             log.info("first look %.1f s after the start", (look.ended_ns - start_ns) / 1e9)
             seen = True
-
-
-def runtime_options(settings: VisionConfig) -> RuntimeOptions:
-    """As they are meant in the configuration. Raises RefusedError."""
-    if settings.require_provider and settings.provider != "auto":
-        return RuntimeOptions(provider=settings.provider, require=settings.provider, threads=settings.threads)
-    return RuntimeOptions(provider=settings.provider, threads=settings.threads)

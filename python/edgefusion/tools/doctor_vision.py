@@ -12,7 +12,7 @@ from edgefusion.errors import RefusedError
 from edgefusion.perception.calibration import Calibration, load_calibration
 from edgefusion.perception.classifier import Classifier, open_classifier
 from edgefusion.perception.groups import LabelGroups
-from edgefusion.perception.network import RuntimeOptions
+from edgefusion.perception.runtime_options import runtime_options
 from edgefusion.tools.doctor_finding import Examination, Finding, State
 from edgefusion.types import Pose2D
 
@@ -26,10 +26,8 @@ def check_model(exam: Examination) -> Iterator[Finding]:
     if not exam.runs("vision"):
         yield Finding("model", State.SKIPPED, exam.why_no_vision())
         return
-    require = vision.provider if vision.require_provider and vision.provider != "auto" else None
     try:
-        options = RuntimeOptions(provider=vision.provider, require=require, threads=vision.threads)
-        classifier = open_classifier(Path(str(vision.model)), options=options)
+        classifier = open_classifier(Path(str(vision.model)), options=runtime_options(vision))
     except RefusedError as error:
         yield Finding("model", State.FAILED, str(error), "`edgefusion model check` it, or copy it anew: docs/models.md")
         return
