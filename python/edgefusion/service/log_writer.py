@@ -81,7 +81,9 @@ class LogWriter(logging.Handler):
             self._tell_late()
 
     def _tell_late(self) -> None:
-        self.acquire()
+        # Not now if somebody has the lock: the program's end holds it while it waits for this thread to write.
+        if self.lock is None or not self.lock.acquire(blocking=False):
+            return
         try:
             for record in self._late():
                 self.emit(record)
