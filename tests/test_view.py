@@ -5,16 +5,19 @@
 from __future__ import annotations
 
 import math
+import os
+import signal
 import threading
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
 import pytest
 
 from bus_base import STAMPER, Base, Speaker, detection
-from bus_lab import Lab, make_keys
+from bus_lab import Lab, make_keys, until
 from edgefusion._core import VISIBLE, Camera, project
 from edgefusion.bus import topics
 from edgefusion.cli import main
@@ -24,25 +27,29 @@ from edgefusion.messages.from_camera_info import from_camera_info
 from edgefusion.messages.from_detections_detail import from_detections_detail
 from edgefusion.messages.from_healths import from_healths
 from edgefusion.messages.from_image import from_image
+from edgefusion.messages.from_mission import from_mission
 from edgefusion.messages.from_odometry import from_odometry
 from edgefusion.messages.from_path import from_path
 from edgefusion.messages.from_scan import from_scan
 from edgefusion.messages.from_transforms import from_transforms
 from edgefusion.messages.intrinsics import Intrinsics
+from edgefusion.messages.mission_report import MissionReport
 from edgefusion.messages.transform import FrameTransform
 from edgefusion.recording import extras
+from edgefusion.tools.view_page import page_of
 from edgefusion.tools.view_projection import camera_from_laser, pixels, points
 from edgefusion.types import Frame, Health, HealthState, Pose2D, Scan, Twist2D
-
-pytest.importorskip("rerun")
-from edgefusion.tools.view_sink import page_of
 
 # A camera 10 cm above the laser that looks ahead, too.
 T_LASER_CAMERA = np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0.1], [0, 0, 0, 1]], float)
 T_BASE_LASER = Pose2D(0.2).matrix()
 MOUNTING = [FrameTransform(BASE_LINK, LASER, T_BASE_LASER), FrameTransform(LASER, CAMERA_OPTICAL, T_LASER_CAMERA)]
 FRAMES = {each.child: each for each in MOUNTING}
+PATIENCE_S = 60.0
+"""So long a viewer waits for what it shows."""
+
 K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1]], float)
+GOAL = MissionReport(stamp_ns=7, state="stopped", reason="look out", goal_id="far", goal_m=(15.0, -9.0))
 SCAN = Scan(7, np.full(361, 2.0), -math.pi / 2, math.radians(0.5), 0.0, 8.0)
 
 
@@ -96,32 +103,69 @@ def say_everything(base: Speaker) -> None:
     figures = {"camera": {"infer [ms]": "4.1", "pairs": "12", "runs on": "cpu"}}
     base.say(topics.DIAGNOSTICS, from_healths(7, [Health("camera", HealthState.OK)], STAMPER, figures))
     base.say(topics.PATH, from_path(7, [Pose2D(0, 0), Pose2D(1, 2)], STAMPER))
+    base.say(topics.MISSION, from_mission(GOAL))
+
+
+class Noted:
+    """What Rerun was given, in the place of one of its recordings: the newest of each entity."""
+
+    def __init__(self) -> None:
+        self.newest: dict[str, Any] = {}
+
+    def log(self, path: str, what: Any, static: bool = False) -> None:
+        self.newest[path] = what
+
+
+def test_the_goal_is_drawn_where_the_mission_has_it_however_the_way_ends() -> None:
+    pytest.importorskip("rerun")
+    from edgefusion.tools.view_log import ViewLog
+
+    noted = Noted()
+    log = ViewLog(noted)
+    log.mission(GOAL)
+    log.path([Pose2D(0, 0), Pose2D(6, -8)])  # the next ten metres
+    assert noted.newest["odom/goal"].positions.as_arrow_array().to_pylist() == [[15.0, -9.0, 0.0]]
+    log.path([])  # the robot stands
+    assert noted.newest["odom/goal"].labels.as_arrow_array().to_pylist() == ["goal"]
+    log.mission(MissionReport(stamp_ns=8, state="idle"))
+    assert noted.newest["odom/goal"].positions.as_arrow_array().to_pylist() == []
+
+
+SHOWN = (
+    *(b"camera/image", b"camera/boxes", b"camera/scan", b"odom/path", b"odom/goal", b"laser/scan"),
+    *(b"times_ms/camera/infer_ms_", b"figures/camera/pairs"),
+)
 
 
 def test_with_a_viewer_s_keys_the_saved_file_holds_what_the_robot_said(tmp_path: Path) -> None:
-    ended, keys = threading.Event(), make_keys(tmp_path / "keys")
+    pytest.importorskip("rerun")
+    file, ended, keys = tmp_path / "a.rrd", threading.Event(), make_keys(tmp_path / "keys")
     with ExitStack() as stack:
         lab = Lab(stack, keys)
         lab.router()
         base = Base(lab)
 
         def talk() -> None:
+            """Until all of it is in the file; then as Ctrl-C."""
+            feed = base.session.declare_publisher("robot/path")
+            until(lambda: feed.matching_status.matching or ended.is_set(), PATIENCE_S)
             while not ended.wait(0.05):
                 say_everything(base)
+                if file.exists() and all(entity in file.read_bytes() for entity in SHOWN):
+                    os.kill(os.getpid(), signal.SIGINT)
+                    return
 
         talking = threading.Thread(target=talk, daemon=True)
         talking.start()
         where = ["--connect", lab.tls, "--keys", str(keys / "viewer")]
-        assert main(["view", "--save", str(tmp_path / "a.rrd"), "--seconds", "2", *where]) == 0
+        assert main(["view", "--save", str(file), "--seconds", str(PATIENCE_S), *where]) == 130
         ended.set()
         talking.join()
-    content = (tmp_path / "a.rrd").read_bytes()
+    content = file.read_bytes()
     assert content.startswith(b"RRF2")
-    for entity in (b"camera/image", b"camera/boxes", b"camera/scan", b"odom/path", b"odom/goal", b"laser/scan"):
-        assert entity in content
-    assert b"times_ms/camera/infer_ms_" in content and b"figures/camera/pairs" in content
+    assert [entity for entity in SHOWN if entity not in content] == []
     assert b"runs_on" not in content
-    assert main(["view", "--save", str(tmp_path / "a.rrd"), "--connect", lab.tcp]) == 2
+    assert main(["view", "--save", str(file), "--connect", lab.tcp]) == 2
 
 
 def test_the_address_of_the_page_survives_a_browser() -> None:

@@ -19,6 +19,7 @@ from edgefusion.messages.to_camera_info import to_camera_info
 from edgefusion.messages.to_clusters import to_clusters
 from edgefusion.messages.to_detections_detail import to_detections_detail
 from edgefusion.messages.to_healths import to_healths
+from edgefusion.messages.to_mission import to_mission
 from edgefusion.messages.to_odometry import to_odometry
 from edgefusion.messages.to_path import to_path
 from edgefusion.messages.to_scan import to_scan
@@ -64,6 +65,7 @@ def _showers(robot: Robot, log: ViewLog) -> List[Shower]:
         of(topics.CLUSTERS, to_clusters, log.clusters),
         of(topics.DETECTIONS_DETAIL, to_detections_detail, log.detections),
         of(topics.PATH, to_path, log.path),
+        of(topics.MISSION, to_mission, log.mission),
         of(topics.DIAGNOSTICS, to_healths, log.healths),
     ]
 

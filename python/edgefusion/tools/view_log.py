@@ -13,6 +13,7 @@ import rerun as rr
 
 from edgefusion.messages.frames import CAMERA_OPTICAL, LASER
 from edgefusion.messages.intrinsics import Intrinsics
+from edgefusion.messages.mission_report import MissionReport
 from edgefusion.messages.to_detections_detail import Detections
 from edgefusion.messages.to_healths import Report
 from edgefusion.messages.to_odometry import Reckoning
@@ -95,10 +96,14 @@ class ViewLog:
             self._plot(f"distance_m/{_name(one.label)}", one.label, one.distance_m)
 
     def path(self, poses: Sequence[Pose2D]) -> None:
-        """The way that is left, and the goal, where it ends."""
+        """The way ahead, which may end before the goal."""
         way = [(pose.x_m, pose.y_m, 0.0) for pose in poses]
         self._log("odom/path", rr.LineStrips3D([way] if way else [], radii=_WAY_M, colors=[_GREEN]))
-        self._log("odom/goal", rr.Points3D(way[-1:], radii=0.1, colors=[_GREEN], labels=["goal"] if way else []))
+
+    def mission(self, report: MissionReport) -> None:
+        """The goal that is driven to, or will be when the robot drives on."""
+        goal = [] if report.goal_m is None else [(*report.goal_m, 0.0)]
+        self._log("odom/goal", rr.Points3D(goal, radii=0.1, colors=[_GREEN], labels=["goal"] if goal else []))
 
     def healths(self, reports: Sequence[Report]) -> None:
         """States as a log, and the figures that are numbers: times, and others."""

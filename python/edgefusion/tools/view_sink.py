@@ -8,12 +8,12 @@ import socket
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Dict, Iterator, Optional
-from urllib.parse import quote
 
 import rerun as rr
 import rerun.blueprint as rrb
 
 from edgefusion.errors import RefusedError
+from edgefusion.tools.view_page import page_of
 
 AHEAD_M, EYE_M = 2.0, 12.0
 """What is looked down at, before the robot, and from how high."""
@@ -64,8 +64,3 @@ def _serve(recording: rr.RecordingStream, web_port: int, data_port: int) -> None
     print(page_of(address, web_port), flush=True)
     elsewhere = page_of(address.replace("127.0.0.1", socket.gethostname()), web_port, socket.gethostname())
     print(f"from another computer: {elsewhere}", flush=True)
-
-
-def page_of(address: str, web_port: int, host: str = "localhost") -> str:
-    """What to open in a browser for the data at an address. host: this computer, as the browser's knows it."""
-    return f"http://{host}:{web_port}/?url={quote(address, safe='')}"
