@@ -18,8 +18,8 @@ from edgefusion.bus.router import open_router
 from edgefusion.bus.session import open_client, open_member
 from edgefusion.config.bus import BusConfig
 
-SOON_S = 5.0
-"""So long a test waits for what usually takes milliseconds."""
+SOON_S = 30.0
+"""So long a test waits for what usually takes milliseconds, or a start of Python: a machine may be busy."""
 
 QUIET_S = 0.2
 """So long it waits for what must not come."""

@@ -2,7 +2,7 @@
 # Copyright the edgefusion authors
 """Who gets in and what they may do there: real TLS, with the keys that `edgefusion keys` makes.
 
-The figures of Z5 and Z9 in small; in full by `make faults`.
+Z9 as far as it needs no process of its own; the figures of the others are in tests/faults.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import pytest
 import zenoh
 
 import edgefusion
-from bus_lab import QUIET_S, Lab, Sink, free_port, make_keys, until
-from edgefusion.bus.freshness import CommandLimits, Freshness, Refusal, limits_of
+from bus_lab import QUIET_S, SOON_S, Lab, Sink, free_port, make_keys, until
+from edgefusion.bus.freshness import CommandLimits, Freshness, Refusal
 from edgefusion.bus.inbox import Inbox
 from edgefusion.bus.liveliness import Alive, declare_alive
 from edgefusion.bus.publisher import CommandPublisher, Publisher
@@ -27,12 +27,14 @@ from edgefusion.bus.requests import GoalRequest, GotoRequest, ResumeRequest, Sto
 from edgefusion.bus.router import open_router
 from edgefusion.bus.session import UnreachableError, open_client
 from edgefusion.bus.tags import Tagger
-from edgefusion.bus.topics import CMD_VEL, COMMANDS, GOTO, QUERIES, RESUME, SCAN, STOP, TOPICS
+from edgefusion.bus.topics import CMD_VEL, COMMANDS, GOTO, RESUME, SCAN, STOP, TOPICS
 from edgefusion.config.bus import BusConfig
 from edgefusion.errors import RefusedError
+from edgefusion.messages.cdr import encode
 from edgefusion.messages.geometry_msgs import Twist, Vector3
 from edgefusion.messages.to_cmd_vel import to_cmd_vel
 from edgefusion.tools.doctor_sockets import own_sockets
+from edgefusion.types import Twist2D
 
 LIMITS = CommandLimits(4096, 1000, burst=1000)
 
@@ -76,23 +78,17 @@ def test_a_viewer_puts_nothing_and_an_operator_only_commands(lab: Lab) -> None:
 
 
 def test_nobody_but_the_robot_deletes(lab: Lab) -> None:
-    heard = Sink(lab.member(), "robot/**")
-    operator = lab.client("operator")
+    heard, operator, robot = Sink(lab.member(), "robot/**"), lab.client("operator"), lab.member()
+
+    def deleted() -> set[str]:
+        return {str(each.key_expr) for each in list(heard.samples) if each.kind == zenoh.SampleKind.DELETE}
+
+    until(lambda: (operator.put("robot/cmd_vel", b"before"), heard.samples)[1])
     for topic in TOPICS.values():
         operator.delete(f"robot/{topic.name}")
-    time.sleep(QUIET_S)
-    assert not heard.samples
-
-
-def test_z5_of_a_viewers_commands_none_arrives_of_an_operators_all(lab: Lab) -> None:
-    heard = Sink(lab.member(), "robot/cmd_vel")
-    viewer, operator = lab.client("viewer"), lab.client("operator")
-    until(lambda: (operator.put("robot/cmd_vel", b"first"), heard.samples)[1])
-    for number in range(100):
-        viewer.put("robot/cmd_vel", b"viewer")
-        operator.put("robot/cmd_vel", b"%d" % number)
-        until(lambda: heard.payloads()[-1] == b"%d" % number)  # noqa: B023  # it is called at once
-    assert [each for each in heard.payloads() if each != b"first"] == [b"%d" % number for number in range(100)]
+    until(lambda: (operator.put("robot/cmd_vel", b"after"), b"after" in heard.payloads())[1])
+    assert deleted() == set()
+    until(lambda: (robot.delete("robot/scan"), deleted())[1] == {"robot/scan"})
 
 
 def test_an_operator_is_answered_and_a_viewer_is_not_even_heard(lab: Lab) -> None:
@@ -107,9 +103,9 @@ def test_an_operator_is_answered_and_a_viewer_is_not_even_heard(lab: Lab) -> Non
         with pytest.raises(UnreachableError, match="may these keys command"):
             ask(viewer, f"robot/{name}", request, Tagger(), timeout_s=0.15)
         assert not asked
-        ask(operator, f"robot/{name}", request, Tagger())
+        ask(operator, f"robot/{name}", request, Tagger(), timeout_s=SOON_S)
         assert asked.pop() == request
-    assert len(services) < len(QUERIES) + 1
+    assert [(service.freshness.accepted, dict(service.freshness.counts)) for service in services] == 3 * [(1, {})]
 
 
 def test_nobody_else_answers_in_the_robots_place(lab: Lab) -> None:
@@ -132,7 +128,7 @@ def test_a_stop_right_after_anything_else_is_never_lost(keys: Path) -> None:
             Service(robot, f"robot/{name}", kind, asked.append, Freshness(LIMITS))
             for name, kind in ((GOTO, GotoRequest), (STOP, StopRequest))
         ]
-        ask(operator, "robot/stop", StopRequest(), Tagger())
+        ask(operator, "robot/stop", StopRequest(), Tagger(), timeout_s=SOON_S)
         for _ in range(50):
             time.sleep(0.002)
             operator.put("robot/cmd_vel", b"x")
@@ -151,13 +147,14 @@ def test_who_floods_with_what_is_no_stop_cannot_keep_out_the_stop_of_another(lab
     def flood() -> None:
         while not over.is_set():
             bad.get("robot/stop", payload=b"no stop", attachment=tagger.command(1000), timeout=0.5)
+            time.sleep(0.0005)  # the others' threads are of the same interpreter
 
     flooding = threading.Thread(target=flood)
     flooding.start()
     try:
         until(lambda: service.freshness.counts[Refusal.MALFORMED] > 100)
         for _ in range(5):
-            ask(good, "robot/stop", StopRequest(), Tagger())
+            ask(good, "robot/stop", StopRequest(), Tagger(), timeout_s=SOON_S)
     finally:
         over.set()
         flooding.join()
@@ -261,29 +258,6 @@ def test_what_is_larger_than_any_message_is_not_even_put_together(lab: Lab) -> N
     assert 9_000_000 not in map(len, heard.payloads())
 
 
-def test_of_a_flood_no_more_counts_than_may_and_a_stop_gets_through(keys: Path) -> None:
-    with ExitStack() as stack:
-        lab = Lab(stack, keys, max_command_hz=10.0)
-        lab.router()
-        robot, operator, asked = lab.member(), lab.client("operator"), []
-        inbox = Inbox(robot, "robot", CMD_VEL, to_cmd_vel, Freshness(limits_of(lab.config)))
-        service = Service(robot, "robot/stop", StopRequest, asked.append, Freshness(LIMITS))
-        publisher = CommandPublisher(operator, "robot", CMD_VEL, Tagger(), 1000)
-        until(lambda: publisher.heard)
-        flood, start_s = 0, time.monotonic()
-        while time.monotonic() - start_s < 0.5:
-            publisher.put(Twist())
-            flood += 1
-            if flood % 100 == 0:
-                inbox.take(time.monotonic_ns())
-        ask(operator, "robot/stop", StopRequest(), Tagger())
-        assert asked
-        assert service.freshness.accepted == 1
-        most = 10 + 10 * (time.monotonic() - start_s)
-        assert 0 < inbox.freshness.accepted <= most
-        assert flood > 2 * most
-
-
 def test_of_commands_that_come_at_once_the_last_one_counts(lab: Lab) -> None:
     inbox = Inbox(lab.member(), "robot", CMD_VEL, to_cmd_vel, Freshness(LIMITS))
     publisher = CommandPublisher(lab.client("operator"), "robot", CMD_VEL, Tagger(), 5000)
@@ -297,10 +271,14 @@ def test_of_commands_that_come_at_once_the_last_one_counts(lab: Lab) -> None:
 
 def test_of_more_commands_than_may_come_at_once_the_last_one_counts(lab: Lab) -> None:
     """As they come when a network that was held up goes on."""
-    inbox = Inbox(lab.member(), "robot", CMD_VEL, to_cmd_vel, Freshness(CommandLimits(4096, 50.0)))
-    publisher = CommandPublisher(lab.client("operator"), "robot", CMD_VEL, Tagger(), 5000)
+    robot, taken = lab.member(), []
+    inbox = Inbox(robot, "robot", CMD_VEL, to_cmd_vel, Freshness(CommandLimits(4096, 50.0)))
+    heard, publisher = (
+        Sink(robot, "robot/cmd_vel"),
+        CommandPublisher(lab.client("operator"), "robot", CMD_VEL, Tagger(), 60_000),
+    )
     until(lambda: publisher.heard)
     for x_mps in (*(0.3 for _ in range(12)), 0.0):
         publisher.put(Twist(Vector3(x=x_mps)))
-    time.sleep(QUIET_S)
-    assert [twist.v_mps for _, twist in inbox.take(time.monotonic_ns())][-1] == 0.0
+    until(lambda: encode(Twist()) in heard.payloads())
+    until(lambda: (taken.extend(inbox.take(time.monotonic_ns())), taken and taken[-1][1] == Twist2D())[1])

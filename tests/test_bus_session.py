@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Sessions, what is put and heard, and who is alive: with real sessions on loopback. Z1, Z7 and Z8 in small."""
+"""Sessions, what is put and heard, and who is alive: with real sessions on loopback."""
 
 from __future__ import annotations
 
@@ -174,21 +174,6 @@ def test_a_router_on_a_port_that_is_taken_says_which() -> None:
             open_router(BusConfig(listen=(endpoint,)))
 
 
-def test_z1_a_router_that_dies_costs_its_clients_nothing_and_is_found_again(stack: ExitStack) -> None:
-    lab = Lab(stack)
-    router = lab.router()
-    robot = lab.member()
-    publisher = Publisher(robot, "robot", MISSION, Tagger(), "boot")
-    subscriber = Subscriber(lab.client(), "robot/mission", newest=1000)
-    until(lambda: (publisher.put(String("first"), 0), subscriber.received)[1])
-    router.close()
-    until(lambda: not list(robot.info.routers_zid()))
-    publisher.put(String("into a dead link"), 0)
-    subscriber.take()
-    lab.router()
-    until(lambda: (time.sleep(0.01), publisher.put(String("again"), 0), subscriber.take())[2], timeout_s=20)
-
-
 def test_who_comes_before_the_router_joins_it_when_it_is_there(stack: ExitStack) -> None:
     lab, joined = Lab(stack), []
     joining = Joining(lambda: open_member(lab.config, timeout_s=0.05), joined.append, pause_s=0.01)
@@ -213,29 +198,6 @@ def test_who_gives_up_joining_ends_and_what_fails_otherwise_is_told(stack: ExitS
     until(lambda: wrong.failure)
     assert isinstance(wrong.failure, RefusedError)
     wrong.end()
-
-
-def test_z7_a_flood_leaves_no_more_behind_than_what_is_kept(lab: Lab) -> None:
-    subscriber = Subscriber(lab.member(), "robot/odom", newest=16)
-    publisher = connected(Publisher(lab.client(), "robot", ODOM, Tagger(), "boot"))
-    until(lambda: ([publisher.put_bytes(b"x" * 200, 0) for _ in range(100)], subscriber.received >= 1000)[1])
-    time.sleep(QUIET_S)
-    assert len(subscriber.take()) == 16
-    assert subscriber.dropped == subscriber.received - 16
-
-
-def test_z8_a_slow_subscriber_costs_the_others_nothing(lab: Lab) -> None:
-    publisher = Publisher(lab.member(), "robot", IMAGE, Tagger(), "boot")
-    fast = Subscriber(lab.client(), "robot/image/compressed", newest=1000)
-    slow = Subscriber(lab.client(), "robot/image/compressed", wake=lambda: time.sleep(0.3))
-    connected(publisher)
-    until(lambda: (publisher.put_bytes(b"first", 0), fast.received and slow.received)[1])
-    time.sleep(QUIET_S)
-    fast.take()
-    for number in range(200):
-        publisher.put_bytes(b"x" * 30_000, number)
-        until(lambda: fast.waiting > number)  # noqa: B023  # it is called at once
-    assert slow.received < 200
 
 
 def test_a_feed_takes_what_is_stamped_by_the_clock_it_reckons_with(lab: Lab, caplog: pytest.LogCaptureFixture) -> None:
