@@ -79,6 +79,17 @@ def test_pictures_of_another_size_than_the_calibration_are_refused_by_name(
     assert f"{path}: image 0 of /image/compressed: the calibration is for 800x600" in capsys.readouterr().err
 
 
+def test_pictures_with_boxes_drawn_in_are_not_taken_for_what_the_camera_saw(
+    drive: Path, model: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drawn = (s._replace(topic=s.topic.replace("image", "annotated")) for s in samples(drive))
+    path = write_ours(tmp_path / "a.mcap", drawn)
+    for verb in (["detect", "--out", str(tmp_path / "out")], ["replay"]):
+        assert main([*verb, str(path), *model]) == 2
+        assert "a.mcap: expected a topic of camera images" in capsys.readouterr().err
+    assert detections(path, model, tmp_path / "asked", "--image-topic", "annotated/compressed")
+
+
 def test_a_carmen_log_gives_its_scans_and_has_no_frames(tmp_path: Path) -> None:
     (tmp_path / "a.log").write_text(LINE * 3, encoding="ascii")
     recording = open_recording(tmp_path / "a.log")

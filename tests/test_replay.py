@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
 import subprocess
 import sys
@@ -22,19 +23,27 @@ from bag_scenes import KINDS, OFFSET_NS, STAMPER, Sample, samples, write_ours, w
 from bus_lab import Lab, Sink, until, wait_for_listener
 from edgefusion.bus.session import open_client
 from edgefusion.bus.tags import SampleTag, read_tag
-from edgefusion.bus.topics import CAMERA_INFO, IMAGE, MISSION, SCAN, TF_STATIC
+from edgefusion.bus.topics import ANNOTATED, CAMERA_INFO, IMAGE, INSPECTION, MISSION, SCAN, TF_STATIC, Topic
 from edgefusion.cli import build_parser, main
 from edgefusion.clock import SimClock
 from edgefusion.errors import RefusedError
+from edgefusion.messages import Message, ros_name
 from edgefusion.messages.cdr import decode, encode
+from edgefusion.messages.definitions import definition
+from edgefusion.messages.from_transforms import from_transforms
 from edgefusion.messages.geometry_msgs import Twist
 from edgefusion.messages.sensor_msgs import CompressedImage, Image, LaserScan
 from edgefusion.messages.std_msgs import String
+from edgefusion.messages.tf2_msgs import TFMessage
+from edgefusion.messages.transform import FrameTransform
 from edgefusion.recording.folder import FolderRecording
 from edgefusion.recording.mcap_bag import McapBag
+from edgefusion.recording.mcap_writer import McapWriter
+from edgefusion.recording.record_file import RecordFile
 from edgefusion.recording.topic_choice import TopicNames
 from edgefusion.tools.recording_calibration import find_calibration
-from edgefusion.tools.replay_loop import Pace
+from edgefusion.tools.replay_loop import Pace, Stage
+from edgefusion.tools.replay_samples import Sample as ReplaySample
 from edgefusion.tools.replay_samples import bag_samples, drive_samples, plan
 from make_colour_network import save_colour_network
 from scene import FRAMES, OBJECTS, write_recording
@@ -88,6 +97,24 @@ def test_the_topic_that_was_asked_for_takes_the_place_of_that_of_the_same_name(d
     assert planned["/rear"] is SCAN and "/scan" not in planned
 
 
+@pytest.mark.parametrize("camera", ["/image/compressed", None])
+def test_pictures_that_are_drawn_over_are_replayed_as_what_they_are(
+    drive: Path, tmp_path: Path, camera: str | None
+) -> None:
+    pictures = [s for s in samples(drive) if s.topic == "/image/compressed"]
+    drawn = [s._replace(topic=f"/{name}/compressed") for s in pictures for name in ("annotated", "inspection")]
+    rest = [s for s in samples(drive) if s.topic in ("/scan", camera)]
+    planned = plan(bag_of(tmp_path / "a.mcap", [*rest, *drawn]), TopicNames())
+    expected = {"/scan": SCAN, "/annotated/compressed": ANNOTATED, "/inspection/compressed": INSPECTION}
+    assert planned == {**expected, **({} if camera is None else {camera: IMAGE})}
+
+
+def test_pictures_that_are_drawn_over_are_the_cameras_where_that_was_asked_for(drive: Path, tmp_path: Path) -> None:
+    pictures = [s._replace(topic="/annotated/compressed") for s in samples(drive) if s.topic == "/image/compressed"]
+    planned = plan(bag_of(tmp_path / "a.mcap", pictures), TopicNames(image="annotated/compressed"))
+    assert planned == {"/annotated/compressed": IMAGE}
+
+
 def test_a_raw_image_becomes_a_jpeg_of_the_same_stamp(tmp_path: Path) -> None:
     pixels = cv2.GaussianBlur(np.random.default_rng(1).integers(0, 256, (48, 64, 3), np.uint8), (15, 15), 0)
     raw = Image(STAMPER.header(7 * S, "camera"), 48, 64, "rgb8", 0, 64 * 3, pixels[..., ::-1].tobytes())
@@ -95,6 +122,7 @@ def test_a_raw_image_becomes_a_jpeg_of_the_same_stamp(tmp_path: Path) -> None:
     (sample,) = bag_samples(bag, plan(bag, TopicNames()))
     shown = cv2.imdecode(np.frombuffer(decode(CompressedImage, sample.payload).data, np.uint8), cv2.IMREAD_COLOR)
     assert (sample.topic, sample.stamp_ns) == (IMAGE, OFFSET_NS + 7 * S)
+    assert decode(CompressedImage, sample.payload).header == raw.header
     assert np.abs(shown.astype(int) - pixels).mean() < 4
 
 
@@ -161,7 +189,7 @@ def test_who_is_late_catches_up_and_does_not_wait() -> None:
 
 def test_at_most_speed_nothing_waits() -> None:
     clock = SimClock()
-    pace = Pace(None, clock, lambda _: pytest.fail("slept"))
+    pace = Pace(math.inf, clock, lambda _: pytest.fail("slept"))
     for at_ns in (0, 100 * S):
         pace.wait(at_ns)
 
@@ -171,6 +199,66 @@ def test_a_speed_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixtur
     with pytest.raises(SystemExit):
         build_parser().parse_args(["replay", "a.mcap", "--speed", text])
     assert f"expected a number above 0, or max, got '{text}'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (["--labels", "a.txt"], "--labels: is for a model"),
+        (["--keys", "keys"], "--keys: is for a bus elsewhere"),
+        (["--model", "m", "--speed", "1"], "--speed: is for a bus"),
+        (["--model", "m", "--loop", "--wait", "--connect", "tcp/a:1"], "--loop, --wait, --connect: is for a bus"),
+        (["--model", "m", "--robot", "rover", "--keys", "k"], "--keys, --robot: is for a bus"),
+    ],
+)
+def test_options_that_would_have_no_part_in_it_are_refused(
+    drive: Path, capsys: pytest.CaptureFixture[str], options: list[str], named: str
+) -> None:
+    assert main(["replay", str(drive), *options]) == 2
+    assert f"edgefusion: {named}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("calibrated", [False, True])
+def test_a_recording_of_nothing_is_refused_instead_of_played_again_and_again(
+    drive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], calibrated: bool
+) -> None:
+    writer = McapWriter(RecordFile.create(tmp_path / "a.mcap"))
+    writer.add_channel("/mission", ros_name(String), definition(String))
+    writer.close()
+    (tmp_path / "a.log").write_text("# nothing\n", encoding="ascii")
+    options = ["--calibration", str(drive / "calibration.toml")] if calibrated else []
+    for name in ("a.mcap", "a.log"):
+        assert main(["replay", str(tmp_path / name), "--loop", *options]) == 2
+        assert f"{name}: " in capsys.readouterr().err
+
+
+def test_who_comes_late_is_told_every_place_that_never_moves(lab: Lab) -> None:
+    session, clock = lab.router(), SimClock()
+    stage = Stage(session, "robot", [TF_STATIC, MISSION], "replay", clock)
+
+    def put(topic: Topic, message: Message) -> None:
+        stage.put(ReplaySample(topic, encode(message), OFFSET_NS, clock()))
+
+    def static(child: str, x: float) -> TFMessage:
+        T = np.eye(4)
+        T[0, 3] = x
+        return from_transforms(0, [FrameTransform("base_link", child, T)], STAMPER)
+
+    for child, x in (("laser", 1.0), ("camera_optical", 2.0), ("laser", 3.0)):
+        put(TF_STATIC, static(child, x))
+    sink = Sink(session, "robot/tf_static")
+    clock.advance(S)
+    put(MISSION, String("{}"))
+    until(lambda: sink.samples, 30)
+    told = [each for payload in sink.payloads() for each in decode(TFMessage, payload).transforms]
+    assert [(each.child_frame_id, each.transform.translation.x) for each in told] == [
+        ("laser", 3.0), ("camera_optical", 2.0),
+    ]  # fmt: skip
+    clock.advance(S - 1)
+    put(MISSION, String("{}"))
+    put(TF_STATIC, static("arm", 4.0))
+    until(lambda: len(sink.samples) > 1, 30)
+    assert [each.child_frame_id for each in decode(TFMessage, sink.payloads()[1]).transforms] == ["arm"]
 
 
 @pytest.mark.parametrize("kind", ["ours", "ros1", "folder"])

@@ -44,8 +44,8 @@ def read_geometry(recording: BagRecording) -> SensorGeometry:
     bag, image = recording.bag, recording.image_topic
     info_topic = camera_info_topic(bag, recording.names, image)
     info = _first(bag, info_topic, CameraInfo)
-    laser = _first(bag, recording.scan_topic, LaserScan).header.frame_id
-    camera = _camera_frame(bag, image) or info.header.frame_id
+    laser = frame_id_of(bag, recording.scan_topic)
+    camera = frame_id_of(bag, image) or info.header.frame_id
     tree = read_tree(bag)
     base = next((frame for frame in BASE_FRAMES if tree.transform(frame, laser) is not None), BASE_FRAMES[-1])
     return SensorGeometry(
@@ -56,10 +56,13 @@ def read_geometry(recording: BagRecording) -> SensorGeometry:
     )
 
 
-def _camera_frame(bag: Bag, image: BagTopic) -> str:
-    if image.type_name == ros_name(Image):
-        return _first(bag, image, Image).header.frame_id
-    return _first(bag, image, CompressedImage).header.frame_id
+def frame_id_of(bag: Bag, topic: BagTopic) -> str:
+    """The frame of a topic of scans or images, as its first message says it. Raises RefusedError."""
+    if topic.type_name == ros_name(LaserScan):
+        return _first(bag, topic, LaserScan).header.frame_id
+    if topic.type_name == ros_name(Image):
+        return _first(bag, topic, Image).header.frame_id
+    return _first(bag, topic, CompressedImage).header.frame_id
 
 
 def _first(bag: Bag, topic: BagTopic, cls: type[M]) -> M:

@@ -21,6 +21,9 @@ _PICTURES = (
 IMAGE_NAMES = tuple(name + ending for name in _PICTURES for ending in ("", "/compressed"))
 CAMERA_INFO = "camera_info"
 
+DRAWN_OVER = ("annotated/compressed", "inspection/compressed")
+"""Pictures that the robot tells of what it found: with boxes drawn in they are not what its camera saw."""
+
 
 @dataclass(frozen=True)
 class TopicNames:
@@ -44,9 +47,12 @@ def scan_topic(bag: Bag, names: TopicNames) -> BagTopic:
 
 
 def image_topic(bag: Bag, names: TopicNames) -> BagTopic:
-    """The camera's, raw or compressed. Raises RefusedError, which lists the topics."""
+    """The camera's, raw or compressed; pictures that are drawn over only where they were asked for by name.
+
+    Raises RefusedError, which lists the topics.
+    """
     types = (ros_name(Image), ros_name(CompressedImage))
-    return _choose(bag, "camera images", "--image-topic", names.image, IMAGE_NAMES, types)
+    return _choose(bag, "camera images", "--image-topic", names.image, IMAGE_NAMES, types, DRAWN_OVER)
 
 
 def camera_info_topic(bag: Bag, names: TopicNames, image: BagTopic) -> BagTopic:
@@ -58,7 +64,13 @@ def camera_info_topic(bag: Bag, names: TopicNames, image: BagTopic) -> BagTopic:
 
 
 def _choose(
-    bag: Bag, what: str, option: str, asked: Optional[str], usual: Sequence[str], types: Tuple[str, ...]
+    bag: Bag,
+    what: str,
+    option: str,
+    asked: Optional[str],
+    usual: Sequence[str],
+    types: Tuple[str, ...],
+    never: Sequence[str] = (),
 ) -> BagTopic:
     fitting = [topic for topic in bag.topics if topic.type_name in types and topic.messages]
     if asked is not None:
@@ -68,13 +80,20 @@ def _choose(
                 f"{bag.path}: {asked}: expected a topic of {' or '.join(types)} with messages, found {table(bag)}"
             )
         return found[0]
+    fitting = [topic for topic in fitting if not _has_name(topic, never)]
     found = _by_usual_name(fitting, usual) or fitting
     if len(found) == 1:
         return found[0]
     if not found:
-        raise NotThereError(f"{bag.path}: expected a topic of {what} ({' or '.join(types)}), found {table(bag)}")
+        but = f", other than {' and '.join(never)} unless {option} says so" if never else ""
+        raise NotThereError(f"{bag.path}: expected a topic of {what} ({' or '.join(types)}{but}), found {table(bag)}")
     several = ", ".join(topic.name for topic in found)
     raise RefusedError(f"{bag.path}: several topics of {what}, {several}: {option} chooses one")
+
+
+def _has_name(topic: BagTopic, names: Sequence[str]) -> bool:
+    """Whether it is one of these, also below a name of the robot's."""
+    return any(f"/{topic.name.strip('/')}".endswith(f"/{name}") for name in names)
 
 
 def _by_usual_name(topics: Sequence[BagTopic], usual: Sequence[str]) -> list[BagTopic]:

@@ -7,8 +7,9 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import Optional
+from typing import Sequence
 
+from edgefusion.errors import RefusedError
 from edgefusion.tools.bus_options import add_bus
 from edgefusion.tools.recording_options import FORMATS, add_recording
 
@@ -40,11 +41,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     add_recording(parser)
     speed_help = "times as fast as it was recorded, or max (default: 1)"
-    parser.add_argument("--speed", type=_speed, default=1.0, metavar="X", help=speed_help)
+    parser.add_argument("--speed", type=_speed, metavar="X", help=speed_help)
     parser.add_argument("--loop", action="store_true", help="again and again, until it is interrupted")
     parser.add_argument("--wait", action="store_true", help="begin when somebody listens")
     add_bus(parser)
-    parser.add_argument("--calibration", type=Path, metavar="FILE", help="instead of the recording's own")
+    calibration_help = "instead of the recording's own, also on the bus"
+    parser.add_argument("--calibration", type=Path, metavar="FILE", help=calibration_help)
     parser.add_argument("--model", type=Path, help="into the detector with it: model folder, or .onnx with --labels")
     parser.add_argument("--labels", type=Path, help="one label per line, for a bare .onnx file")
     parser.set_defaults(run=run)
@@ -52,6 +54,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Plays a recording. Raises RefusedError."""
+    _check_used(args)
     if args.model is not None:
         from edgefusion.tools.replay_detector import detect_lines
 
@@ -61,10 +64,29 @@ def run(args: argparse.Namespace) -> int:
     return play(args)
 
 
-def _speed(text: str) -> Optional[float]:
-    """None: as fast as it can."""
+_OF_A_BUS = ("speed", "loop", "wait", "connect", "keys", "robot")
+
+
+def _check_used(args: argparse.Namespace) -> None:
+    """What was asked for and would have no part in it is refused. Raises RefusedError."""
+    asked = [name for name in ("labels", *_OF_A_BUS) if getattr(args, name) not in (None, False)]
+    if args.model is not None:
+        _refuse([name for name in asked if name in _OF_A_BUS], "is for a bus, and with --model none has a part in it")
+    else:
+        _refuse([name for name in asked if name == "labels"], "is for a model, which --model gives")
+        if args.connect is None:
+            _refuse([name for name in asked if name == "keys"], "is for a bus elsewhere, which --connect gives")
+
+
+def _refuse(names: Sequence[str], why: str) -> None:
+    if names:
+        raise RefusedError(f"{', '.join(f'--{name}' for name in names)}: {why}")
+
+
+def _speed(text: str) -> float:
+    """Infinite: as fast as it can."""
     if text == MAX:
-        return None
+        return math.inf
     try:
         speed = float(text)
     except ValueError:

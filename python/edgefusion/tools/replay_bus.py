@@ -8,7 +8,7 @@ import argparse
 import sys
 import uuid
 from contextlib import contextmanager
-from typing import Callable, Iterator, NamedTuple, Optional, Sequence
+from typing import Callable, Collection, Iterator, NamedTuple, Optional, Sequence
 
 import zenoh
 from tqdm import tqdm
@@ -16,6 +16,8 @@ from tqdm import tqdm
 from edgefusion.bus.router import open_router
 from edgefusion.bus.session import open_client
 from edgefusion.bus.topics import CAMERA_INFO, IMAGE, SCAN, TF_STATIC, Topic
+from edgefusion.errors import RefusedError
+from edgefusion.recording.bag import Bag
 from edgefusion.recording.carmen_recording import CarmenRecording
 from edgefusion.recording.folder import FolderRecording
 from edgefusion.recording.recording import Recording, open_bag, open_recording
@@ -35,16 +37,18 @@ class Programme(NamedTuple):
 
 def play(args: argparse.Namespace) -> int:
     """Puts a recording on a bus. Raises RefusedError, OSError where the bus fails."""
-    programme = _programme(args)
+    programme, speed = _programme(args), 1.0 if args.speed is None else args.speed
+    if programme.total == 0:
+        raise RefusedError(f"{args.recording}: has nothing to play: expected a message at least")
     with _session(args) as (session, robot, where):
         stage = Stage(session, robot, programme.topics, f"replay-{uuid.uuid4().hex}")
         waits = ", as soon as somebody listens" if args.wait else ""
         print(f"edgefusion: replay: on the bus at {where}, as the robot {robot!r}{waits}", file=sys.stderr)
         if args.wait:
             stage.wait_for_listeners()
-        count = _play_once(programme, stage, Pace(args.speed))
-        while args.loop:
-            _play_once(programme, stage, Pace(args.speed))
+        count = _play_once(programme, stage, Pace(speed))
+        while args.loop and count:
+            _play_once(programme, stage, Pace(speed))
     print(f"{args.recording}: {count} messages")
     return 0
 
@@ -61,9 +65,7 @@ def _play_once(programme: Programme, stage: Stage, pace: Pace) -> int:
 def _programme(args: argparse.Namespace) -> Programme:
     bag = open_bag(args.recording)
     if bag is not None:
-        planned = plan(bag, topic_names(args))
-        total = sum(topic.messages for topic in bag.topics if topic.name in planned)
-        return Programme(list(planned.values()), total, lambda: bag_samples(bag, planned))
+        return _of_bag(bag, args) if args.calibration is None else _of_calibrated_bag(bag, args)
     recording = open_recording(args.recording)
     calibration = None
     if args.calibration is not None or isinstance(recording, FolderRecording):
@@ -77,10 +79,35 @@ def _programme(args: argparse.Namespace) -> Programme:
     )
 
 
+def _of_bag(bag: Bag, args: argparse.Namespace) -> Programme:
+    planned = plan(bag, topic_names(args))
+    return Programme(list(planned.values()), _messages(bag, planned), lambda: bag_samples(bag, planned))
+
+
+def _of_calibrated_bag(bag: Bag, args: argparse.Namespace) -> Programme:
+    from edgefusion.perception.calibration import load_calibration  # with the core, which bags do not need
+    from edgefusion.tools.replay_calibrated import calibrated_samples
+
+    calibration = load_calibration(args.calibration)
+    planned = plan(bag, topic_names(args), calibrated=True)
+    infos = _messages(bag, [name for name, topic in planned.items() if topic is IMAGE])
+    total = _messages(bag, planned)
+    return Programme(
+        list(dict.fromkeys([*planned.values(), CAMERA_INFO, TF_STATIC])),
+        total + infos + 1 if total else 0,
+        lambda: calibrated_samples(bag, planned, calibration),
+    )
+
+
+def _messages(bag: Bag, names: Collection[str]) -> int:
+    return sum(topic.messages for topic in bag.topics if topic.name in names)
+
+
 def _samples_of(recording: Recording, calibrated: bool) -> Optional[int]:
     """How many samples a folder or a log gives; None where that is not known."""
     if isinstance(recording, CarmenRecording):
-        return recording.scans + calibrated
+        scans = recording.scans
+        return scans + calibrated if scans else 0
     if isinstance(recording, FolderRecording):
         return len(recording) + recording.frames * (1 + calibrated) + calibrated
     return None

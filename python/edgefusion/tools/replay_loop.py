@@ -13,10 +13,9 @@ from edgefusion.bus.publisher import Publisher
 from edgefusion.bus.tags import Tagger
 from edgefusion.bus.topics import TF_STATIC, Topic
 from edgefusion.clock import Clock, system_clock
+from edgefusion.messages.cdr import encode
 from edgefusion.tools.replay_samples import Sample
-
-STATIC_NS = 1_000_000_000
-"""So often what never moves is told again, for who comes late."""
+from edgefusion.tools.replay_static import Standing
 
 WAIT_S = 0.02
 
@@ -24,17 +23,15 @@ Sleep = Callable[[float], None]
 
 
 class Pace:
-    """speed: how many times faster than it was recorded; None: as fast as it can."""
+    """speed: how many times faster than it was recorded; infinite: as fast as it can."""
 
-    def __init__(self, speed: Optional[float], clock: Clock = system_clock, sleep: Sleep = time.sleep) -> None:
+    def __init__(self, speed: float, clock: Clock = system_clock, sleep: Sleep = time.sleep) -> None:
         self._speed, self._clock, self._sleep = speed, clock, sleep
         self._first_ns: Optional[int] = None
         self._began_ns = 0
 
     def wait(self, at_ns: int) -> None:
         """Until it is time for what is of then; the first is at once. Late it does not wait, and catches up."""
-        if self._speed is None:
-            return
         if self._first_ns is None:
             self._first_ns, self._began_ns = at_ns, self._clock()
         due_ns = self._began_ns + round((at_ns - self._first_ns) / self._speed)
@@ -54,8 +51,7 @@ class Stage:
         self._publishers: Mapping[str, Publisher] = {
             topic.name: Publisher(session, robot, topic, tagger, clock_id) for topic in topics
         }
-        self._static: Optional[Sample] = None
-        self._told_ns = 0
+        self._standing = Standing()
 
     def wait_for_listeners(self, sleep: Sleep = time.sleep) -> None:
         """Until somebody listens to one of the topics."""
@@ -67,7 +63,7 @@ class Stage:
         self._publishers[sample.topic.name].put_bytes(sample.payload, sample.stamp_ns)
         now_ns = self._clock()
         if sample.topic is TF_STATIC:
-            self._static, self._told_ns = sample, now_ns
-        elif self._static is not None and now_ns - self._told_ns >= STATIC_NS:
-            self._publishers[TF_STATIC.name].put_bytes(self._static.payload, self._static.stamp_ns)
-            self._told_ns = now_ns
+            self._standing.heard(sample.payload, sample.stamp_ns, now_ns)
+        again = self._standing.due(now_ns)
+        if again is not None:
+            self._publishers[TF_STATIC.name].put_bytes(encode(again), self._standing.newest_ns)

@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Callable, Dict, Iterator, NamedTuple, Optional
+from dataclasses import replace
+from typing import TYPE_CHECKING, Callable, Dict, Iterator, NamedTuple, Optional, Tuple
 
 from edgefusion.bus.topics import CAMERA_INFO, IMAGE, SCAN, TF_STATIC, TOPICS, Direction, Topic
 from edgefusion.errors import RefusedError
@@ -15,11 +16,12 @@ from edgefusion.messages.from_image import from_image
 from edgefusion.messages.from_scan import from_scan
 from edgefusion.messages.from_transforms import from_transforms
 from edgefusion.messages.intrinsics import Intrinsics
-from edgefusion.messages.sensor_msgs import Image
+from edgefusion.messages.sensor_msgs import CompressedImage, Image
 from edgefusion.messages.stamps import Stamper
+from edgefusion.messages.to_raw_image import to_raw_image
 from edgefusion.messages.transform import mounting
 from edgefusion.recording.bag import Bag, BagMessage, BagTopic, naming, table
-from edgefusion.recording.bag_recording import UTC, frame_of
+from edgefusion.recording.bag_recording import UTC
 from edgefusion.recording.recording import Recording
 from edgefusion.recording.topic_choice import (
     NotThereError,
@@ -46,15 +48,18 @@ class Sample(NamedTuple):
     at_ns: int
 
 
-def plan(bag: Bag, names: TopicNames) -> Dict[str, Topic]:
+def plan(bag: Bag, names: TopicNames, calibrated: bool = False) -> Dict[str, Topic]:
     """Which topics of a bag go to which of the bus: those of the same name and type, the laser's, and the camera's.
 
+    calibrated: the camera's calibration is known otherwise, that in the bag is left out.
     Raises RefusedError where there is none, or a name is not found.
     """
     found = {topic.name: TOPICS[topic.name.strip("/")] for topic in bag.topics if _is_told(topic)}
     _take(found, SCAN, lambda: scan_topic(bag, names))
     image = _take(found, IMAGE, lambda: image_topic(bag, names))
-    if image is not None:
+    if calibrated:
+        found = {name: topic for name, topic in found.items() if topic is not CAMERA_INFO}
+    elif image is not None:
         _take(found, CAMERA_INFO, lambda: camera_info_topic(bag, names, image))
     if not found:
         raise RefusedError(f"{bag.path}: expected laser scans, camera images or topics of the bus, found {table(bag)}")
@@ -69,8 +74,8 @@ def bag_samples(bag: Bag, planned: Dict[str, Topic]) -> Iterator[Sample]:
     for message in bag.read(set(planned)):
         topic = planned[message.topic]
         if message.type_name == ros_name(Image):
-            frame = frame_of(bag, message)
-            yield Sample(topic, encode(from_image(frame, UTC, QUALITY)), frame.stamp_ns, message.log_ns)
+            image, stamp_ns = _as_jpeg(bag, message)
+            yield Sample(topic, encode(image), stamp_ns, message.log_ns)
         else:
             yield Sample(topic, message.data, _stamp_ns(bag, message, topic), message.log_ns)
 
@@ -101,6 +106,14 @@ def _frame_samples(frame: Frame, calibration: Optional[Calibration], stamper: St
         camera = Intrinsics(calibration.image_size, calibration.K, calibration.distortion)
         yield _made(CAMERA_INFO, from_camera_info(at_ns, camera, stamper), at_ns, stamper)
     yield _made(IMAGE, from_image(frame, stamper, QUALITY), at_ns, stamper)
+
+
+def _as_jpeg(bag: Bag, message: BagMessage) -> Tuple[CompressedImage, int]:
+    """A raw image with the header that it has, and its stamp [ns]."""
+    with naming(bag, message):
+        raw = decode(Image, message.data)
+        frame = to_raw_image(raw, UTC)
+        return replace(from_image(frame, UTC, QUALITY), header=raw.header), frame.stamp_ns
 
 
 def _made(topic: Topic, message: Message, at_ns: int, stamper: Stamper) -> Sample:
