@@ -17,6 +17,7 @@ from typing import Iterator, Sequence
 
 import pytest
 
+from camera_scenes import wait_until
 from edgefusion.cli import main
 from edgefusion.drivers.sip_command import Command
 from edgefusion.sim.live_devices import LiveDevices, LiveSetup
@@ -81,13 +82,19 @@ def test_a_robot_that_is_well_is_told_line_by_line_and_has_not_moved(
 ) -> None:
     with served(tmp_path) as devices:
         path = configuration(tmp_path, "robot", "laser", BASE_ONLY)
-        assert main(["doctor", "--config", str(path), *only("ports", "robot", "laser", "clock")]) == 0
+        command = ["doctor", "--config", str(path), *only("ports", "robot", "laser", "clock")]
+        for _ in range(5):  # on a busy machine the devices may be silent for too long: it is right to say so
+            capsys.readouterr()
+            code = main(command)
+            if code == 0:
+                break
+        assert code == 0
+        wait_until(lambda: devices.robot.heard[-1][1].number == Command.CLOSE)  # a pty passes it on in its own time
         heard = [(each.number, each.argument) for _, each in devices.robot.heard]
         pose = devices.world.body.pose
     told = [each for each in lines(capsys) if each[1] != "clock"]
     assert told == [["ok", "ports"], ["ok", "ports"], ["ok", "robot"], ["ok", "laser"]]
     assert (Command.ENABLE, 1) not in heard
-    assert heard[-1][0] == Command.CLOSE
     assert pose == ROOM.start
 
 

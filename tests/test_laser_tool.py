@@ -34,6 +34,7 @@ from edgefusion.tools.scan_plot import ROWS, scan_lines
 from edgefusion.types import Pose2D, Scan
 
 COLUMNS = 4 * ROWS
+DRAWN = b"\x1b[J"  # ends each drawing
 ROOM = np.array([[3, -3, 3, 3], [3, 3, -3, 3], [-3, 3, -3, -3], [-3, -3, 3, -3]], float)
 
 
@@ -103,10 +104,12 @@ def test_once_without_a_scan_is_exit_code_1(capsys) -> None:
 
 
 def test_as_json_each_scan_is_a_line() -> None:
-    with scanner() as (port, _):
-        lines = said(port, "--json", "--baudrate", 500000, "--beams", 181, "--seconds", 0.5).splitlines()
-    scans = [json.loads(line) for line in lines]
-    assert len(scans) > 10 and all(len(scan["ranges_m"]) == 181 for scan in scans)
+    command = [sys.executable, "-m", "edgefusion.cli", "laser", "--json", "--baudrate", "500000", "--beams", "181"]
+    with scanner() as (port, _), subprocess.Popen([*command, port], stdout=subprocess.PIPE, text=True) as process:
+        scans = [json.loads(process.stdout.readline()) for _ in range(11)]
+        process.terminate()
+        process.stdout.read()
+    assert process.returncode == 0 and all(len(scan["ranges_m"]) == 181 for scan in scans)
     assert scans[0]["ranges_m"][90] == pytest.approx(3.0, abs=0.1) or scans[0]["ranges_m"][90] == "nan"
     assert sorted(scan["stamp_ns"] for scan in scans) == [scan["stamp_ns"] for scan in scans]
 
@@ -156,7 +159,7 @@ def test_a_scanner_that_was_lost_is_found_again_and_both_are_said() -> None:
 
 
 def in_terminal(*options: object, columns: int, rows: int) -> str:
-    """What it writes to a terminal of that size."""
+    """What it writes to a terminal of that size, until it has drawn twice and was told to end."""
     master, slave = os.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
     command = [sys.executable, "-m", "edgefusion.cli", "laser", *map(str, options)]
@@ -166,7 +169,10 @@ def in_terminal(*options: object, columns: int, rows: int) -> str:
     written = b""
     with suppress(OSError):  # how a terminal says that nobody writes to it any more
         while True:
+            was_enough = written.count(DRAWN) >= 2
             written += os.read(master, 65536)
+            if written.count(DRAWN) >= 2 and not was_enough:
+                process.terminate()
     os.close(master)
     assert process.wait(timeout=30) == 0
     return written.decode()
@@ -175,7 +181,7 @@ def in_terminal(*options: object, columns: int, rows: int) -> str:
 @pytest.mark.parametrize(("columns", "rows", "plot"), [(100, 40, 19), (50, 40, 12), (100, 12, 9)])
 def test_in_a_terminal_the_scan_is_drawn_in_place_and_fits(columns: int, rows: int, plot: int) -> None:
     with scanner() as (port, _):
-        written = in_terminal(port, "--baudrate", 500000, "--seconds", 1.5, columns=columns, rows=rows)
+        written = in_terminal(port, "--baudrate", 500000, columns=columns, rows=rows)
     drawn = [line for line in written.split("\r\n") if "\x1b[2K" in line]
     assert max(len(re.sub(r"\x1b\[\d*\w", "", line)) for line in drawn) <= columns
     ups = {int(up) for up in re.findall(r"\x1b\[(\d+)A", written)}

@@ -18,11 +18,13 @@ import pytest
 
 from edgefusion.cli import main
 from edgefusion.config import BaseConfig, LaserConfig, PioneerConfig
-from edgefusion.drivers.link import Link
+from edgefusion.drivers.link import Link, LinkError
 from edgefusion.drivers.lms2xx import Lms2xx
 from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.types import Twist2D
 from sim_scenes import skip_without_renderer
+
+LIMIT_S = 60.0
 
 
 @contextmanager
@@ -43,11 +45,19 @@ def served(*options: object, camera: bool = False, start_new_session: bool = Fal
             process.wait(timeout=20)
 
 
-def polled(seconds: float, poll) -> list:
-    """All that comes within a while, or until it is enough for a test."""
-    found, end = [], time.monotonic() + seconds
-    while time.monotonic() < end:
-        found += poll()
+def heard(device, poll, is_enough) -> list:
+    """What it says until that is enough. A device that a busy machine let be silent for too long is found again, as
+    whoever has one does."""
+    found, begun, end = [], False, time.monotonic() + LIMIT_S
+    while not is_enough(found):
+        assert time.monotonic() < end, "it never came to it"
+        try:
+            if not begun:
+                device.start()
+            begun = True
+            found += poll()
+        except LinkError:
+            begun = False
     return found
 
 
@@ -56,23 +66,23 @@ def test_the_pioneer_driver_drives_the_simulated_robot(where: str, tmp_path: Pat
     with served("--links", tmp_path / "dev") as (ports, _):
         link = Link(ports[where], 9600, lock_folder=tmp_path)
         with Pioneer(link, PioneerConfig(), BaseConfig()) as robot:
-            robot.start()
 
             def driven() -> list:
                 robot.drive(Twist2D(0.2, 0.0))
                 return robot.poll()
 
-            states = polled(1.5, driven)
-    assert states[-1].motors_enabled and states[-1].odometry.x_m > 0.05
+            def has_moved(states: list) -> bool:
+                return bool(states) and states[-1].motors_enabled and states[-1].odometry.x_m > 0.05
+
+            assert has_moved(heard(robot, driven, has_moved))
 
 
 def test_the_laser_driver_reads_the_simulated_laser_wherever_it_was_left(tmp_path: Path) -> None:
     with served("--laser-left-at", "38400") as (ports, _):
         laser = Lms2xx(Link(ports["laser"], 9600, lock_folder=tmp_path), LaserConfig(baudrate=500000))
-        laser.start()
-        scans = polled(1.0, laser.read)
+        scans = heard(laser, laser.read, lambda scans: len(scans) > 15)
         laser.close()
-    assert len(scans) > 15 and {len(scan.ranges_m) for scan in scans} == {361}
+    assert {len(scan.ranges_m) for scan in scans} == {361}
 
 
 def test_the_camera_is_a_stream_of_pictures_with_their_stamps() -> None:
@@ -103,7 +113,7 @@ def test_a_fault_is_there_in_its_time(tmp_path: Path) -> None:
     with served("--laser-left-at", "38400", "--fault", "laser=off@0") as (ports, _):
         link = Link(ports["laser"], 38400, lock_folder=tmp_path)
         link.open()
-        silent = polled(1.0, lambda: [link.read(100)])
+        silent = [link.read(100) for _ in range(30)]  # each takes 20 ms; well, it says a scan in that time
         link.close()
     assert set(silent) == {b""}
 
