@@ -23,11 +23,13 @@ from edgefusion.bus.healths import SILENT_NS, Healths
 from edgefusion.bus.listener import Listener
 from edgefusion.bus.liveliness import declare_alive
 from edgefusion.cli import main
+from edgefusion.clock import system_clock
 from edgefusion.messages.from_battery import from_battery
 from edgefusion.messages.from_detections_detail import from_detections_detail
 from edgefusion.messages.from_healths import from_healths
 from edgefusion.messages.from_mission import from_mission
 from edgefusion.messages.sensor_msgs import LaserScan
+from edgefusion.messages.std_msgs import String
 from edgefusion.tools.topic_rates import listen
 from edgefusion.tools.watch_loop import Watch
 from edgefusion.tools.watch_report import in_words
@@ -147,6 +149,31 @@ def test_what_is_old_is_told_with_its_age(lab: Lab, base: Base) -> None:
     assert "driving, goal a; told 9 s ago" in told
     assert "0.0 frames/s; it came 9 s ago" in told
     assert "camera   failed: nothing heard for 9 s" in told
+
+
+def test_a_frame_that_is_none_is_left_out_and_those_after_it_are_told(
+    lab: Lab, base: Base, caplog: pytest.LogCaptureFixture
+) -> None:
+    watch = Watch(Listener(lab.client(), "robot"), system_clock)
+    newer = String('{"version": 99, "frame": "of a robot that is newer than this laptop"}')
+    base.say(topics.DETECTIONS_DETAIL, newer)
+    base.say(topics.DETECTIONS_DETAIL, newer)
+    base.say(topics.DETECTIONS_DETAIL, from_detections_detail(7, [detection(7, 3.0)]))
+    until(lambda: watch.look().seen)
+    seen = watch.look().seen
+    assert seen is not None and (seen.frame.stamp_ns, len(seen.frame.detections)) == (7, 1)
+    (said,) = caplog.messages
+    assert said.startswith("detections/detail: left out, and from now on only counted: ")
+
+
+def test_topics_that_is_ended_before_it_has_listened_gives_no_answer(lab: Lab, base: Base) -> None:
+    command = [*COMMAND, "topics", "--seconds", "60", "--connect", lab.tcp]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        heard = base.session.declare_publisher("robot/mission")
+        until(lambda: heard.matching_status.matching, 60)  # it listens
+        process.send_signal(signal.SIGTERM)
+        out, _ = process.communicate(timeout=60)
+    assert (process.returncode, out) == (130, "")
 
 
 def test_in_a_terminal_the_table_is_drawn_in_place_until_ctrl_c(lab: Lab, base: Base) -> None:

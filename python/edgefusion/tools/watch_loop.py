@@ -12,11 +12,10 @@ from collections import deque
 from typing import Deque
 
 from edgefusion.bus.listener import Listener
+from edgefusion.bus.reader import Reader
 from edgefusion.bus.subscriber import Subscriber
 from edgefusion.bus.topics import DETECTIONS_DETAIL, key_of
 from edgefusion.clock import Clock
-from edgefusion.messages.cdr import decode
-from edgefusion.messages.std_msgs import String
 from edgefusion.messages.to_detections_detail import Detections, to_detections_detail
 from edgefusion.tools.terminal import Screen
 from edgefusion.tools.watch_report import Seen, Watched, facts, in_words
@@ -30,20 +29,23 @@ _NEWEST = 200
 
 
 class Watch:
-    """What comes of a robot, from when it is made on."""
+    """What comes of a robot, from when it is made on. Malformed frames are left out."""
 
     def __init__(self, robot: Listener, clock: Clock) -> None:
         self._robot, self._clock = robot, clock
         key = key_of(robot.name, DETECTIONS_DETAIL.name)
         self._frames = Subscriber(robot.session, key, _NEWEST, clock=clock)
+        self._reader = Reader(DETECTIONS_DETAIL, to_detections_detail)
         self._came_ns: Deque[int] = deque()
         self._last: Detections | None = None
 
     def look(self) -> Watched:
         """As of now."""
         for received in self._frames.take():
-            self._last = to_detections_detail(decode(String, received.payload))
-            self._came_ns.append(received.received_ns)
+            frame = self._reader.read(received.payload)
+            if frame is not None:
+                self._last = frame
+                self._came_ns.append(received.received_ns)
         seen = None if self._last is None else self._seen(self._last)
         return Watched(self._robot.name, self._robot.status, seen)
 
