@@ -153,6 +153,29 @@ def test_who_interrupts_goto_calls_the_robot_off(lab: Lab, base: Base, number: s
     assert base.asked[1:] == [StopRequest("its operator interrupted the drive", True)]
 
 
+class Slow(Base):
+    """It answers its first request when it is told to."""
+
+    def __init__(self, lab: Lab) -> None:
+        super().__init__(lab)
+        self.go_on = threading.Event()
+
+    def _answer(self, request: Any) -> None:
+        super()._answer(request)
+        self.go_on.wait(60)
+
+
+def test_a_goto_that_is_ended_before_it_set_out_has_not_arrived(lab: Lab) -> None:
+    base = Slow(lab)
+    command = [sys.executable, "-m", "edgefusion.cli", "goto", "5", "5", "--resume", "--connect", lab.tcp]
+    with subprocess.Popen(command) as process:
+        until(lambda: base.asked, 60)
+        process.send_signal(signal.SIGTERM)
+        base.go_on.set()
+        assert process.wait(60) == 130
+    assert [type(each) for each in base.asked] == [StopRequest]
+
+
 def test_where_nobody_reads_how_it_goes_any_more_the_robot_is_called_off(lab: Lab, base: Base) -> None:
     command = [sys.executable, "-m", "edgefusion.cli", "goto", "5", "5", "--json", "--connect", lab.tcp]
     with Drives(base, DRIVING), subprocess.Popen(

@@ -60,11 +60,11 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.bus.requests import GoalRequest
     from edgefusion.service.signals import ended_by_signals
     from edgefusion.tools.attending import attending
-    from edgefusion.tools.goto_drive import RESUMING_S, drive, leave_stop
+    from edgefusion.tools.goto_drive import INTERRUPTED, RESUMING_S, drive, leave_stop
     from edgefusion.tools.goto_show import shown
 
     goal = GoalRequest(args.x, args.y, args.theta, frame="base_link" if args.relative else "odom")
-    with ended_by_signals(), open_robot(args) as robot, attending(robot):
+    with ended_by_signals(INTERRUPTED), open_robot(args) as robot, attending(robot):
         if args.resume:
             leave_stop(robot)
         return drive(robot, goal, args.inspect, shown(args.json), RESUMING_S if args.resume else 0.0)

@@ -17,6 +17,8 @@ EXAMPLES = """examples:
 Listens to all of them for a while, also to images, which are encoded only while somebody listens.
 Exit codes: 0 done, 1 no bus, or nothing came, 2 refused, 130 interrupted."""
 
+INTERRUPTED = 130
+
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Registers the verb."""
@@ -42,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.tools.topic_rates import in_words, listen
 
     check_above_0(args, "seconds")
-    with ended_by_signals(), open_robot(args) as robot:
+    with ended_by_signals(INTERRUPTED), open_robot(args) as robot:
         heard = listen(robot.session, robot.name, args.seconds)
     print("\n".join(json.dumps(each._asdict()) for each in heard) if args.json else "\n".join(in_words(heard)))
     if any(each.messages for each in heard):

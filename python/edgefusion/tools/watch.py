@@ -19,6 +19,8 @@ EXAMPLES = """examples:
 In a terminal the table is drawn in place, else it is told once a second. Ctrl-C ends it. A viewer's keys will do.
 Exit codes: 0 done, 1 no bus, or with --once a robot that says nothing, 2 refused, 130 interrupted."""
 
+INTERRUPTED = 130
+
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Registers the verb."""
@@ -45,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     from edgefusion.tools.watch_loop import Watch, show_in_place, tell, tell_once
 
     check_above_0(args, "seconds")
-    with ended_by_signals(), open_robot(args) as robot:
+    with ended_by_signals(INTERRUPTED if args.once else 0), open_robot(args) as robot:
         watch = Watch(robot, system_clock)
         if args.once:
             return tell_once(watch, args.json)
