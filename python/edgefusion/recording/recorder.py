@@ -11,7 +11,8 @@ from edgefusion.messages.definitions import definition
 from edgefusion.recording.mcap_writer import McapWriter
 
 SYNC_NS = 500_000_000
-"""So often what came is on the disk itself: with the time that this takes, a second is lost at most."""
+"""So often what came is on the disk itself. With what comes while it is written, a second is lost at most where that
+takes less than 0.4 s; else up to twice what it takes."""
 
 _SEQUENCE_BITS = 32
 
