@@ -17,6 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from bag_scenes import KINDS, OFFSET_NS, Sample, samples, write_ours, write_theirs, written_as
 from edgefusion.errors import RefusedError
+from edgefusion.messages import ros_name
 from edgefusion.messages.cdr import encode
 from edgefusion.messages.sensor_msgs import CameraInfo, CompressedImage, LaserScan
 from edgefusion.messages.std_msgs import String
@@ -84,6 +85,26 @@ def test_what_we_record_is_what_rosbags_reads(drive: Path, tmp_path: Path) -> No
     assert [np.asarray(scan.ranges).tolist() for scan in scans] == [
         message.ranges for _, message, _ in messages if isinstance(message, LaserScan)
     ]
+
+
+@pytest.mark.skipif("mcap" not in KINDS, reason="the newest rosbags for Python 3.8 reads no single files of MCAP")
+@pytest.mark.parametrize("made", ["theirs.bag", "theirs"])
+def test_what_we_record_is_converted_by_rosbags_to_ros_1_and_rosbag2_with_every_message(
+    drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: str
+) -> None:
+    from rosbags.convert.cli import main as rosbags_convert  # which that of Python 3.8 has elsewhere
+
+    messages = list(samples(drive))
+    path = write_ours(tmp_path / "drive.mcap", iter(messages))
+    monkeypatch.setattr(sys, "argv", ["rosbags-convert", "--src", str(path), "--dst", str(tmp_path / made)])
+    with pytest.raises(SystemExit) as ended:
+        rosbags_convert()
+    assert not ended.value.code
+    bag = open_bag(tmp_path / made)
+    assert bag is not None
+    assert sorted((m.topic, m.type_name, m.log_ns, m.data) for m in bag.read()) == sorted(
+        (topic, ros_name(type(message)), log_ns, encode(message)) for topic, message, log_ns in messages
+    )
 
 
 def test_the_number_in_a_header_of_ros_1_is_left_out(tmp_path: Path) -> None:
