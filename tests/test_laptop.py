@@ -59,7 +59,7 @@ def test_what_needs_the_core_says_so_in_one_line() -> None:
     done = run("from edgefusion.cli import main; sys.exit(main(['detect', 'drive', '--model', 'model']))")
     assert done.returncode == 2
     assert done.stderr == (
-        "edgefusion: this verb needs the C++ core, which is not installed: pip install edgefusion, with a compiler\n"
+        "edgefusion: this verb needs the C++ core, which is not installed: `pip install .` in a clone compiles it\n"
     )
 
 

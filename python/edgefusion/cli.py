@@ -101,7 +101,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ModuleNotFoundError as error:  # a laptop's installation
         if error.name != CORE:
             raise
-        return _say("this verb needs the C++ core, which is not installed: pip install edgefusion, with a compiler", 2)
+        return _say("this verb needs the C++ core, which is not installed: `pip install .` in a clone compiles it", 2)
     except KeyboardInterrupt:
         return _say("interrupted", 130)
     except BrokenPipeError:  # whoever reads has seen enough, as with `| head`
