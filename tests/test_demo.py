@@ -48,6 +48,8 @@ SECTIONS = (
     "path", "inspections", "poses", "mission", "gate", "first-sightings", "sightings", "objects", "errors", "stages",
 )  # fmt: skip
 INSPECT = ("--inspect", "loudspeaker")
+A_STEP = ("--goal", "0.2", "0", "0")
+"""For those that are not about the way."""
 
 
 @pytest.fixture(scope="module")
@@ -182,7 +184,8 @@ def test_every_picture_of_a_sighting_is_there(first: Path, report: dict) -> None
 def test_a_world_with_nothing_in_it_gets_its_page_too(arguments, tmp_path: Path, capsys) -> None:
     empty = re.sub(r"(walls|objects) = \[.*?\n?\]\n(?=[a-z]|$)", "", WORLD, flags=re.DOTALL)
     (tmp_path / "empty.toml").write_text(empty, encoding="utf-8")
-    assert main(["demo", *arguments, "--world", str(tmp_path / "empty.toml"), "--out", str(tmp_path / "out")]) == 0
+    empty_world = ["--world", str(tmp_path / "empty.toml"), *A_STEP]
+    assert main(["demo", *arguments, *empty_world, "--out", str(tmp_path / "out")]) == 0
     assert "found:           0 of 0 objects" in capsys.readouterr().out
     report = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
     assert report["sightings"] == report["by_object"] == []
@@ -190,27 +193,29 @@ def test_a_world_with_nothing_in_it_gets_its_page_too(arguments, tmp_path: Path,
     assert "Nothing was." in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
 
 
-def test_a_second_run_goes_beside_the_first_and_the_same_seed_gives_the_same(first: Path, arguments) -> None:
-    done = edgefusion_demo(*arguments, *INSPECT, "--json", cwd=first.parents[1])
-    assert done.returncode == 0, done.stderr
+def test_a_second_run_goes_beside_the_first_and_the_same_seed_gives_the_same(
+    first: Path, arguments, monkeypatch, capsys
+) -> None:
+    monkeypatch.chdir(first.parents[1])
+    assert main(["demo", *arguments, *INSPECT, "--json"]) == 0
     second = first.with_name("demo-2")
-    report = json.loads(done.stdout)
+    report = json.loads(capsys.readouterr().out)
     assert report == json.loads((second / "report.json").read_text(encoding="utf-8"))
     assert (second / "detections.jsonl").read_bytes() == (first / "detections.jsonl").read_bytes()
     for plot in ("plan.svg", "pose-dark.svg", "inspection-1.svg"):
         assert (second / "plots" / plot).read_bytes() == (first / "plots" / plot).read_bytes()
 
 
-def test_a_report_is_replaced_only_when_asked_to(first: Path, arguments, tmp_path: Path) -> None:
+def test_a_report_is_replaced_only_when_asked_to(arguments, tmp_path: Path, capsys) -> None:
     out = tmp_path / "out"
     (out / "annotated").mkdir(parents=True)
     (out / "inspections").mkdir()
     for name in ("report.json", "detections.jsonl", "annotated/old.jpg", "inspections/old.json", "mine.txt"):
         (out / name).touch()
-    refused = edgefusion_demo(*arguments, "--out", out)
-    assert refused.returncode == 2
-    assert refused.stderr.endswith("exists already; --overwrite replaces it, --out takes another\n")
-    assert edgefusion_demo(*arguments, "--out", out, "--overwrite").returncode == 0
+    drive = ["demo", *arguments, *A_STEP, "--out", str(out)]
+    assert main(drive) == 2
+    assert capsys.readouterr().err.endswith("exists already; --overwrite replaces it, --out takes another\n")
+    assert main([*drive, "--overwrite"]) == 0
     assert not (out / "annotated" / "old.jpg").exists() and not (out / "inspections").exists()
     assert (out / "mine.txt").exists()
     assert (out / "report.json").stat().st_size > 100

@@ -21,6 +21,7 @@ from edgefusion.sim.floor_plan import distances_m
 from edgefusion.sim.renderer import Renderer
 from edgefusion.sim.rig import Rig
 from edgefusion.sim.robot import SimBase
+from edgefusion.sim.simulation import Simulation
 from edgefusion.sim.world import World
 from edgefusion.sim.world_file import load_world
 from edgefusion.tools.arguments import LAB_MODEL
@@ -53,7 +54,9 @@ def robot() -> DemoRobot:
 
 
 def driven(robot: DemoRobot, world: World, seed: int = 0) -> Driven:
-    with Renderer(robot.rig) as renderer:
+    """Without what was to be seen in each picture: it takes a third of the time, and only a report tells of it."""
+    with Renderer(robot.rig) as renderer, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Simulation, "truth", lambda *_: [])
         surfaces = build(world, robot.rig.laser_height_m)
         drive = robot.drive(surfaces, renderer, seed, as_fast_as_it_can)
         return Driven(surfaces, drive, list(drive))
@@ -135,7 +138,7 @@ def test_seed_0_leaves_the_oscilloscope_where_the_world_has_it(laboratory: World
     assert placed_by_seed(laboratory, 0) == laboratory
 
 
-@settings(max_examples=12)
+@settings(max_examples=5)
 @given(seed=SEEDS)
 def test_wherever_a_seed_places_it_the_robot_gets_around_it_on_the_straight_way(laboratory: World, seed: int) -> None:
     there = build(placed_by_seed(laboratory, seed), Rig().laser_height_m)

@@ -76,7 +76,7 @@ def said(*options: object) -> str:
 
 
 def test_it_says_what_is_connected_and_what_it_sees(tmp_path: Path) -> None:
-    with scanner(left_at=19200) as (port, _):
+    with scanner(left_at=38400) as (port, _):
         lines = said(port, "--once", "--png", tmp_path / "scan.png").splitlines()
     assert lines[:4] == [
         "type:    LMS200;301063;V02.10",
