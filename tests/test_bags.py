@@ -48,8 +48,9 @@ def test_every_kind_of_bag_gives_the_scans_and_frames_that_were_put_into_it(
 ) -> None:
     recording = opened(written_as(kind, tmp_path, samples(drive)))
     folder = FolderRecording(drive)
-    scans = [message for message in recording.messages() if isinstance(message, Scan)]
-    frames = [message for message in recording.messages() if isinstance(message, Frame)]
+    messages = list(recording.messages())
+    scans = [message for message in messages if isinstance(message, Scan)]
+    frames = [message for message in messages if isinstance(message, Frame)]
     assert recording.frames == len(frames) == len(scans) == FRAMES
     for i, (scan, frame) in enumerate(zip(scans, frames)):
         assert (scan.stamp_ns, frame.stamp_ns) == tuple(

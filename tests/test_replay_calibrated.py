@@ -29,7 +29,7 @@ from edgefusion.recording.folder import FolderRecording
 from edgefusion.recording.frame_tree import FrameTree
 from edgefusion.recording.mcap_bag import McapBag
 from edgefusion.recording.topic_choice import ANY
-from edgefusion.tools.replay_calibrated import calibrated_samples
+from edgefusion.tools.replay_calibrated import CalibratedBag
 from edgefusion.tools.replay_samples import Sample as Told
 from edgefusion.tools.replay_samples import plan
 from scene import FRAMES, write_recording
@@ -55,7 +55,7 @@ def lab() -> Iterator[Lab]:
 
 def told_of(path: Path, messages: Iterator[Sample], calibration: Calibration) -> List[Told]:
     bag = McapBag(write_ours(path, messages))
-    return list(calibrated_samples(bag, plan(bag, ANY, calibrated=True), calibration))
+    return list(CalibratedBag(bag, plan(bag, ANY, calibrated=True), calibration).samples())
 
 
 def in_frames(laser: str, camera: str) -> Callable[[Sample], Sample]:

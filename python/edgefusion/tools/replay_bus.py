@@ -86,7 +86,7 @@ def _of_bag(bag: Bag, args: argparse.Namespace) -> Programme:
 
 def _of_calibrated_bag(bag: Bag, args: argparse.Namespace) -> Programme:
     from edgefusion.perception.calibration import load_calibration  # with the core, which bags do not need
-    from edgefusion.tools.replay_calibrated import calibrated_samples
+    from edgefusion.tools.replay_calibrated import CalibratedBag
 
     calibration = load_calibration(args.calibration)
     planned = plan(bag, topic_names(args), calibrated=True)
@@ -95,7 +95,7 @@ def _of_calibrated_bag(bag: Bag, args: argparse.Namespace) -> Programme:
     return Programme(
         list(dict.fromkeys([*planned.values(), CAMERA_INFO, TF_STATIC])),
         total + infos + 1 if total else 0,
-        lambda: calibrated_samples(bag, planned, calibration),
+        CalibratedBag(bag, planned, calibration).samples,
     )
 
 

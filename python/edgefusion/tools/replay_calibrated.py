@@ -26,28 +26,36 @@ if TYPE_CHECKING:
     from edgefusion.perception.calibration import Calibration
 
 
-def calibrated_samples(bag: Bag, planned: Mapping[str, Topic], calibration: Calibration) -> Iterator[Sample]:
-    """The messages of these topics, stamped with when they were captured; camera_info with every image, and tf_static,
-    are the calibration's. Of the bag's own transforms stay those of other frames than the laser's and the camera's.
+class CalibratedBag:
+    """planned: topics of the bag and those of the bus, without camera_info.
 
-    planned: without camera_info. Raises RefusedError for a message that is none.
+    Raises RefusedError where the frames of its scans and images leave no place for a calibration.
     """
-    mounted = _mounting(bag, planned, calibration)
-    laser, camera = (each.child for each in mounted)
-    latencies = {SCAN: calibration.laser_latency_ns, IMAGE: calibration.camera_latency_ns}
-    intrinsics = Intrinsics(calibration.image_size, calibration.K, calibration.distortion)
-    is_told = False
-    for sample in bag_samples(bag, dict(planned)):
-        if not is_told:
-            yield _static(sample.at_ns, mounted)
-            is_told = True
-        if sample.topic in (TF, TF_STATIC):
-            yield from _without(sample, {laser, camera})
-            continue
-        captured = _captured(sample, latencies.get(sample.topic, 0))
-        if sample.topic is IMAGE:
-            yield _info(captured, intrinsics, camera)
-        yield captured
+
+    def __init__(self, bag: Bag, planned: Mapping[str, Topic], calibration: Calibration) -> None:
+        self._bag, self._planned = bag, dict(planned)
+        self._mounted = _mounting(bag, planned, calibration)
+        self._latencies_ns = {SCAN: calibration.laser_latency_ns, IMAGE: calibration.camera_latency_ns}
+        self._intrinsics = Intrinsics(calibration.image_size, calibration.K, calibration.distortion)
+
+    def samples(self) -> Iterator[Sample]:
+        """The messages of these topics, stamped with when they were captured; camera_info with every image, and
+        tf_static, are the calibration's. Of the bag's own transforms stay those of other frames than the laser's and
+        the camera's. Raises RefusedError for a message that is none.
+        """
+        laser, camera = (each.child for each in self._mounted)
+        is_told = False
+        for sample in bag_samples(self._bag, self._planned):
+            if not is_told:
+                yield _static(sample.at_ns, self._mounted)
+                is_told = True
+            if sample.topic in (TF, TF_STATIC):
+                yield from _without(sample, {laser, camera})
+                continue
+            captured = _captured(sample, self._latencies_ns.get(sample.topic, 0))
+            if sample.topic is IMAGE:
+                yield _info(captured, self._intrinsics, camera)
+            yield captured
 
 
 def _mounting(bag: Bag, planned: Mapping[str, Topic], calibration: Calibration) -> List[FrameTransform]:
