@@ -86,10 +86,11 @@ def test_a_bag_without_a_calibration_is_on_the_bus_with_that_of_the_file(
     path = written_as(kind, tmp_path, (sample for sample in samples(drive) if sample.topic in BARE))
     session = lab.router()
     infos, statics = Sink(session, "robot/camera_info"), Sink(session, "robot/tf_static")
-    wait_for_listener(lab.client(), "robot/camera_info")
+    scans = Sink(session, "robot/scan")
+    wait_for_listener(lab.client(), "robot/scan")
     file = str(drive / "calibration.toml")
     assert main(["replay", str(path), "--calibration", file, "--connect", lab.tcp, "--speed", "4", "--wait"]) == 0
-    until(lambda: len(infos.samples) == FRAMES and statics.samples, 30)
+    until(lambda: len(infos.samples) == len(scans.samples) == FRAMES and statics.samples, 30)
     found = [decode(CameraInfo, payload) for payload in infos.payloads()]
     assert [STAMPER.to_ns(info.header.stamp) for info in found] == [
         FolderRecording(drive).frame(i).stamp_ns for i in range(FRAMES)
