@@ -82,7 +82,8 @@ def write_ours(path: Path, messages: Iterator[Sample]) -> Path:
 
 def write_theirs(path: Path, messages: Iterator[Sample], kind: str) -> Path:
     """By rosbags; kind: one of SETTINGS."""
-    store = get_typestore(Stores.ROS1_NOETIC if kind == "ros1" else Stores.ROS2_HUMBLE)
+    ros2 = get_typestore(Stores.ROS2_HUMBLE)
+    store = get_typestore(Stores.ROS1_NOETIC) if kind == "ros1" else ros2
     if kind == "ros1":  # which rosbags does not know there
         tf = "tf2_msgs/msg/TFMessage"
         store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", tf))
@@ -95,7 +96,7 @@ def write_theirs(path: Path, messages: Iterator[Sample], kind: str) -> Path:
                 connections[topic] = writer.add_connection(topic, name, typestore=store)
             data = encode(message)
             if kind == "ros1":
-                data = bytes(get_typestore(Stores.ROS2_HUMBLE).cdr_to_ros1(data, name))
+                data = bytes(ros2.cdr_to_ros1(data, name))
             writer.write(connections[topic], log_ns, data)
     return path
 
