@@ -26,6 +26,9 @@ from edgefusion.types import ClassScore, Cluster, Detection, Vote
 LIMITS = CommandLimits(4096, 1e6, burst=100_000)
 STAMPER = Stamper(1_700_000_000_000_000_000)
 BEST = ClassScore(3, "oscilloscope", 0.9)
+LISTENER_S = 60.0
+"""A listener may be a process that has yet to start, on a busy machine."""
+
 REQUESTS = {"mission/goto": GotoRequest, "stop": StopRequest, "resume": ResumeRequest, "inspect": InspectRequest}
 
 
@@ -47,7 +50,7 @@ class Speaker:
         publisher = self._publishers.get(topic)
         if publisher is None:
             publisher = self._publishers[topic] = Publisher(self.session, "robot", topic, Tagger(), "boot")
-            until(lambda: publisher.wanted(time.monotonic_ns()))
+            until(lambda: publisher.wanted(time.monotonic_ns()), LISTENER_S)
         publisher.put(message, 0)
 
 

@@ -12,7 +12,7 @@ import signal
 import subprocess
 import sys
 import threading
-from typing import Callable
+from typing import Any, Callable, Dict
 
 import pytest
 
@@ -24,6 +24,7 @@ from edgefusion.bus.listener import Listener
 from edgefusion.bus.liveliness import declare_alive
 from edgefusion.cli import main
 from edgefusion.clock import system_clock
+from edgefusion.messages.cdr import encode
 from edgefusion.messages.from_battery import from_battery
 from edgefusion.messages.from_detections_detail import from_detections_detail
 from edgefusion.messages.from_healths import from_healths
@@ -37,6 +38,7 @@ from edgefusion.types import Health, HealthState
 
 COMMAND = [sys.executable, "-m", "edgefusion.cli"]
 S = 1_000_000_000
+SCAN = LaserScan(ranges=[1.0] * 361)
 
 
 @pytest.fixture
@@ -186,26 +188,33 @@ def test_in_a_terminal_the_table_is_drawn_in_place_until_ctrl_c(lab: Lab, base: 
             shown.extend(os.read(end, 65536) if select.select([end], [], [], 0)[0] else b"")
             return b"camera   failed: unplugged" in shown and b"\x1b[9A" in shown
 
-        until(is_drawn_again, 20)
+        until(is_drawn_again, 60)
         process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=20) == 130
+        assert process.wait(timeout=60) == 130
     os.close(end), os.close(inside)
 
 
 def test_topics_tells_names_types_and_rates(lab: Lab, base: Base, capsys: pytest.CaptureFixture[str]) -> None:
-    with Saying(lambda: base.say(topics.SCAN, LaserScan(ranges=[1.0] * 361))):
+    told: Dict[str, Any] = {}
+
+    def hears_enough() -> bool:  # of few a busy machine says nothing about a rate: they may come all at once
         assert main(["topics", "--json", "--seconds", "1", "--connect", lab.tcp]) == 0
-    told = {each["topic"]: each for each in map(json.loads, capsys.readouterr().out.splitlines())}
+        told.update({each["topic"]: each for each in map(json.loads, capsys.readouterr().out.splitlines())})
+        return told["scan"]["messages"] >= 10
+
+    with Saying(lambda: base.say(topics.SCAN, SCAN)):
+        until(hears_enough, 60)
     assert set(told) == set(topics.TOPICS)
     scan = told["scan"]
     assert (scan["type"], scan["direction"]) == ("sensor_msgs/msg/LaserScan", "out")
-    assert scan["messages"] >= 2 and 1 < scan["rate_hz"] <= 60
-    assert scan["bytes_per_s"] == pytest.approx(scan["messages"] * 1504, rel=0.02)
+    assert 1 < scan["rate_hz"] <= 120  # 50 are said in a second; half of the time the first may have been held up
+    weighed = scan["bytes_per_s"] / len(encode(SCAN))  # what came at the very end of this second was not any more
+    assert weighed == round(weighed) and scan["messages"] / 2 <= weighed <= scan["messages"]
     assert (told["cmd_vel"]["direction"], told["cmd_vel"]["messages"]) == ("in", 0)
 
 
 def test_topics_is_a_table_for_people(lab: Lab, base: Base, capsys: pytest.CaptureFixture[str]) -> None:
-    with Saying(lambda: base.say(topics.SCAN, LaserScan(ranges=[1.0] * 361))):
+    with Saying(lambda: base.say(topics.SCAN, SCAN)):
         assert main(["topics", "--seconds", "0.5", "--connect", lab.tcp]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split() == ["topic", "type", "Hz", "kB/s"]
