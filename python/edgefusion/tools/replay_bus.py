@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 import uuid
 from contextlib import contextmanager
 from typing import Callable, Collection, Iterator, NamedTuple, Optional, Sequence
@@ -25,6 +26,9 @@ from edgefusion.tools.bus_options import asked_endpoint, bus_config
 from edgefusion.tools.recording_options import topic_names
 from edgefusion.tools.replay_loop import Pace, Stage
 from edgefusion.tools.replay_samples import Sample, bag_samples, drive_samples, plan
+
+BETWEEN_S = 0.1
+"""From the end of a round to the next: a recording of a single moment shall not fill the bus."""
 
 
 class Programme(NamedTuple):
@@ -48,6 +52,7 @@ def play(args: argparse.Namespace) -> int:
             stage.wait_for_listeners()
         count = _play_once(programme, stage, Pace(speed))
         while args.loop and count:
+            time.sleep(BETWEEN_S)
             _play_once(programme, stage, Pace(speed))
     print(f"{args.recording}: {count} messages")
     return 0
