@@ -25,7 +25,7 @@ bench: $(VENV)/.bench ## measure against the named peers and write out/bench/ (a
 bench-core: $(VENV)/.cpp ## the C++ core alone, without Python (Google Benchmark)
 	@VENV=$(VENV) scripts/cpp_bench.sh $(CXX_BUILD)-release $(ARGS)
 
-faults: $(VENV)/.bench ## inject faults into the devices and time what happens, in real time (a few minutes)
+faults: $(VENV)/.bench ## inject faults from the laser to the disk and time what happens, in real time (an hour; ARGS="--only L")
 	@$(BIN)/python -m benchmarks.faults $(ARGS)
 
 end-to-end: $(VENV)/.bench ## the experiment with all processes and a laptop, in real time: drive, latency, memory (two minutes)
