@@ -79,13 +79,14 @@ def running(devices: LiveDevices) -> Iterator[None]:
         devices.close()
 
 
-def pictures_of(url: str, wait_s: float) -> int:
-    """How many come, three at most, each within so long; 0 also where the connection takes longer."""
-    count = 0
+def pictures_of(url: str, wait_s: float) -> list[bytes]:
+    """The stamps of those that come, three at most, each within so long; none where the connection takes longer."""
+    stamps = []
     with suppress(OSError), urllib.request.urlopen(url, timeout=wait_s) as stream:
-        while count < 3:
-            count += stream.readline().startswith(b"X-Timestamp-Ns")
-    return count
+        while len(stamps) < 3:
+            line = stream.readline()
+            stamps += [line] if line.startswith(b"X-Timestamp-Ns") else []
+    return stamps
 
 
 def test_a_camera_is_spoilt_and_mended_while_it_runs() -> None:
@@ -94,12 +95,18 @@ def test_a_camera_is_spoilt_and_mended_while_it_runs() -> None:
     with running(devices):
         assert devices.pictures is not None
         url = devices.pictures.url + "stream"
-        assert pictures_of(url, 60.0) == 3
+        assert len(pictures_of(url, 60.0)) == 3
         devices.inject(parse_fault("camera=off"), time.monotonic_ns())
-        # The newest of before is given to whoever comes; the one in making may follow.
-        wait_until(lambda: pictures_of(url, 0.5) == 1)
+        newest: list[bytes] = []
+
+        def stands() -> bool:
+            """The newest of before is given to whoever comes, and nothing after it."""
+            before, newest[:] = newest[:], pictures_of(url, 0.8)
+            return len(newest) == 1 and newest == before
+
+        wait_until(stands)
         devices.mend()
-        assert pictures_of(url, 60.0) == 3
+        assert len(pictures_of(url, 60.0)) == 3
 
 
 def test_a_fault_of_a_camera_that_is_not_served_is_refused() -> None:
