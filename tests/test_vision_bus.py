@@ -17,6 +17,7 @@ from edgefusion.bus.liveliness import Alive
 from edgefusion.clock import system_clock
 from edgefusion.config import PerceptionConfig
 from edgefusion.messages import from_image
+from edgefusion.messages.cdr import decode
 from edgefusion.messages.picture_exchange import PictureRequestDetail, from_picture_exchange
 from edgefusion.messages.pictures import decode_picture, encode_jpeg
 from edgefusion.messages.sensor_msgs import CameraInfo, CompressedImage
@@ -98,6 +99,20 @@ def test_images_are_made_only_while_somebody_listens_and_hold_the_frame(vision_l
     assert decode_picture(bytes(image.value.data)).shape == (HEIGHT, WIDTH, 3)
     assert isinstance(info.value, CameraInfo)
     assert (info.value.width, info.value.height) == (WIDTH, HEIGHT)
+
+
+def test_every_image_has_a_camera_info_of_its_stamp_whenever_who_wants_them_came(vision_lab) -> None:
+    lab = vision_lab(lambda _: ToldDetector())
+    infos = Sink(lab.laptop, "robot/camera_info")
+    lab.until(lambda: infos.samples)
+    images = Sink(lab.laptop, "robot/image/compressed")
+
+    def stamps(sink: Sink, kind: Any) -> list[Any]:
+        return [decode(kind, payload).header.stamp for payload in sink.payloads()]
+
+    lab.until(lambda: len(images.samples) > 5)
+    wanted = stamps(images, CompressedImage)
+    lab.until(lambda: all(stamp in stamps(infos, CameraInfo) for stamp in wanted))
 
 
 def test_the_annotated_image_has_the_boxes_and_the_clusters_have_their_points(vision_lab) -> None:
