@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Copyright the edgefusion authors
-"""Faults of the bus, in real time between processes: what they cost the robot's end of it, Z1 to Z3 and Z5 to Z9."""
+"""Faults of the bus, in real time between processes: what they cost the robot's end of it, Z1 to Z9."""
 
 from __future__ import annotations
 

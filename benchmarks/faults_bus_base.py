@@ -2,7 +2,7 @@
 # Copyright the edgefusion authors
 """Faults of the bus against `edgefusion base` and its simulated robot on ptys: until the robot is told to stand.
 
-Z1 and Z2 where an operator is required, Z3 where one drives, Z7 where one floods.
+Z1 and Z2 where an operator is required, Z3 and Z4 where one drives, Z7 where one floods.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Callable, Iterator, List, Mapping, Tuple
 import numpy as np
 from benchmarks.fault_row import FaultRow
 from benchmarks.faults_base_rig import BaseRig, hall
+from benchmarks.faults_bus_commands import commands_that_are_none
 from benchmarks.faults_bus_rig import resident_bytes
 
 from edgefusion.bus.client import Robot
@@ -43,6 +44,7 @@ def on_a_base(seeds: int, tick: Tick) -> List[FaultRow]:
         FaultRow("Z1", f"operator required, router killed: {stand}", "1 s", 1.0, killed),
         FaultRow("Z2", f"operator required, and halted (SIGSTOP): {stand}", "500 ms + a cycle", 0.55, halted),
         FaultRow("Z3", f"an operator's velocities end: {stand}", "300 ms", 0.3, ended),
+        *commands_that_are_none(seeds, tick),
         _flooded(tick),
     ]
 

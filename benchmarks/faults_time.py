@@ -2,7 +2,7 @@
 # Copyright the edgefusion authors
 """S2 to S4 against `edgefusion base` in real time: wall clocks that step, a halt, and processors that others have.
 
-S1 is about stamps alone, and in tests/faults.
+S1 is about stamps alone (`faults_skew.py`).
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Callable, Iterator, List, Tuple
 
 import numpy as np
+from benchmarks import faults_skew
 from benchmarks.fault_row import FaultRow
 from benchmarks.faults_base_rig import BaseRig, driving
 from benchmarks.scheduling import CORES, unprivileged
@@ -37,7 +38,7 @@ Rng = np.random.Generator
 
 def rows(seeds: int, tick: Tick = lambda: None) -> List[FaultRow]:
     """Every figure with as many seeds. tick: called after each run."""
-    return [*stepping(seeds, tick), *halted(seeds, tick), *starved(seeds, tick)]
+    return [*faults_skew.rows(seeds, tick), *stepping(seeds, tick), *halted(seeds, tick), *starved(seeds, tick)]
 
 
 def stepping(seeds: int, tick: Tick) -> List[FaultRow]:
