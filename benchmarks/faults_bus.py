@@ -10,6 +10,7 @@ import time
 from typing import Callable, List, Sequence, Tuple
 
 import numpy as np
+from benchmarks import faults_goals
 from benchmarks.fault_row import FaultRow
 from benchmarks.faults_bus_base import on_a_base
 from benchmarks.faults_bus_hostile import hostile
@@ -49,6 +50,7 @@ def rows(seeds: int, tick: Callable[[], object] = lambda: None) -> List[FaultRow
         FaultRow("Z3", "cmd_vel ends", "velocity 0 in 300 ms", 0.3, ended),
         _roles(tick),
         *hostile(seeds, tick),
+        *faults_goals.rows(seeds, tick),
         *_flood(tick),
         *_slow_watchers(tick),
         open_to_the_network(tick),
