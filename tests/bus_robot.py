@@ -8,14 +8,17 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Callable
 
 from base_lab import Lab, wait_for
 from bus_lab import free_port
 from edgefusion.bus.client import Errand, Robot, connect
 from edgefusion.drivers.sip_command import Command
 from edgefusion.errors import RefusedError
+from edgefusion.messages.mission_report import MissionReport
 
 CONFIG = """
 [robot]
@@ -32,6 +35,26 @@ listen = ["{endpoint}"]
 processes = ["bus", "base"]
 """
 STOPS = {(Command.STOP, 0), (Command.E_STOP, 0), (Command.VEL, 0), (Command.CLOSE, 1)}
+
+LATE_NS = 150_000_000
+"""A robot that is told nothing for so long, instead of every 50 ms, is in a simulator, or has a base, that is late."""
+
+DRIVES = 9
+"""So often a goal is asked for again that a machine which is too busy had given up."""
+
+
+def agrees(ask: Callable[[], object]) -> bool:
+    """Whether the robot does now what it is asked for."""
+    try:
+        ask()
+    except (RefusedError, ConnectionError):
+        return False
+    return True
+
+
+def given_up(report: MissionReport) -> bool:
+    """Whether it stands with nothing to go on with: also a simulator that is late for 0.25 s comes to that."""
+    return report.state in ("idle", "stopped") and not report.goal_id
 
 
 class BusRobot:
@@ -90,19 +113,57 @@ class BusRobot:
         wait_for(connected)
         return self._stack.enter_context(robots[0])
 
-    def go(self, robot: Robot, x_m: float = 3.0) -> Errand:
-        """Once it may; and once it drives at speed."""
+    def go(self, robot: Robot, x_m: float = 3.0, leave_stop: bool = True) -> Errand:
+        """Once it may. leave_stop: where it may not, as one that a machine which is too busy had lost: its motors are
+        off until then."""
         errands: list[Errand] = []
 
         def accepted() -> bool:
-            try:
-                errands.append(robot.goto(x_m, 0.0))
-            except (RefusedError, ConnectionError):
-                return False
-            return True
+            if agrees(lambda: errands.append(robot.goto(x_m, 0.0))):
+                return True
+            if leave_stop:
+                agrees(robot.resume)
+            return False
 
         wait_for(accepted)
         return errands[0]
+
+    def drive(self, robot: Robot, x_m: float = 3.0, speed_mps: float = 0.2) -> Errand:
+        """Until it is on its way, at speed."""
+        return self.at_speed(robot, self.go(robot, x_m), x_m, speed_mps)
+
+    def at_speed(self, robot: Robot, errand: Errand, x_m: float = 3.0, speed_mps: float = 0.2) -> Errand:
+        """Until it is; the errand is another where a machine that is too busy had this one given up."""
+        errands = [errand]
+
+        def drives() -> bool:
+            mission = robot.status.mission
+            if mission is not None and mission.stamp_ns >= errands[-1].since_ns and given_up(mission):
+                errands.append(self.go(robot, x_m))
+            return self.moving(speed_mps)
+
+        wait_for(drives)
+        return errands[-1]
+
+    def arrive(self, robot: Robot, errand: Errand, x_m: float) -> list[str]:
+        """The states of the mission until it ends. A goal that was given up is asked for again, but only where the
+        machine was too busy: else that is what fails."""
+        for _ in range(DRIVES):
+            states: list[str] = []
+            for report in robot.progress(errand, 30.0):
+                if given_up(report):
+                    break
+                states.append(report.state)
+            else:
+                return states
+            assert self.was_late(errand.since_ns), f"given up: {report.reason}"
+            errand = self.go(robot, x_m)
+        raise AssertionError("this machine is too busy")
+
+    def was_late(self, since_ns: int) -> bool:
+        """Whether the robot was told nothing for so long that it has to do with this machine."""
+        heard_ns = [since_ns, *(ns for ns, *_ in self.lab.motions() if ns > since_ns), time.monotonic_ns()]
+        return any(after - before > LATE_NS for before, after in zip(heard_ns, heard_ns[1:]))
 
     def moving(self, speed_mps: float = 0.2) -> bool:
         return self.lab.world.body.twist.v_mps > speed_mps

@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 import time
-from typing import Any, Callable
+from collections import deque
+from typing import Any, Callable, Deque
 
 import pytest
 
@@ -15,9 +16,10 @@ from edgefusion.config import Config, LaserConfig, MissionConfig
 from edgefusion.drivers.lms2xx import Lms2xx
 from edgefusion.drivers.pioneer import Pioneer
 from edgefusion.service.base_devices import open_base
+from edgefusion.service.base_inputs import Outputs
 from edgefusion.service.base_loop import BaseLoop
 from edgefusion.types import Goal, Pose2D
-from test_base_loop_real import Running, accepted
+from test_base_loop_real import Running, mission_to
 
 FAST = Config(mission=MissionConfig(interest=()), laser=LaserConfig(baudrate=500000))
 FAR = Goal("far", Pose2D(3.0, 0.0))
@@ -46,11 +48,10 @@ def test_an_error_at_any_call_of_a_base_that_drives_stops_its_robot(
     owner: type, name: str, monkeypatch: pytest.MonkeyPatch, tmp_path
 ) -> None:
     trap = Trap(monkeypatch, owner, name)
+    newest: Deque[Outputs] = deque(maxlen=1)
     with Lab() as lab:
-        with Running(open_base(FAST, lab.robot_port, lab.laser_port, lock_folder=tmp_path)) as running:
-            wait_for(lambda: accepted(running.base))
-            running.base.goto([FAR])
-            wait_for(lambda: lab.world.body.twist.v_mps > 0.2)
+        with Running(open_base(FAST, lab.robot_port, lab.laser_port, newest.append, tmp_path)) as running:
+            wait_for(lambda: mission_to(FAR, running.base, newest) and lab.world.body.twist.v_mps > 0.2)
             trap.set_ns = time.monotonic_ns()
             wait_for(lambda: any(ns > trap.set_ns and told in STOPS for ns, told in _pairs(lab)))
             wait_for(lambda: lab.world.body.twist.v_mps == 0)
