@@ -28,11 +28,11 @@ def test_a_goal_from_a_client_is_driven_to_and_reported_until_it_arrives(tmp_pat
         assert was_lost or abs(it.lab.pose.x_m - 0.6) < 0.06
         assert robot.status.alive == {"bus", "base"}
         assert {report.health.component for report in robot.status.healths} == {"robot", "laser", "base"}
-        scan = next(robot.read(topics.SCAN, lambda message: to_scan(message, Stamper()), 5.0))
+        scan = next(robot.read(topics.SCAN, lambda message: to_scan(message, Stamper()), 30.0))
         assert len(scan.ranges_m) == 361
-        odometry = next(robot.read(topics.ODOM, lambda message: to_odometry(message, Stamper()), 5.0))
+        odometry = next(robot.read(topics.ODOM, lambda message: to_odometry(message, Stamper()), 30.0))
         assert abs(odometry.pose.x_m - 0.6) < 0.06
-        path = next(robot.read(topics.PATH, lambda message: message, 5.0))
+        path = next(robot.read(topics.PATH, lambda message: message, 30.0))
         assert path.poses == []  # it is there
         assert it.end("base") == 0
         assert it.end("bus") == 0
