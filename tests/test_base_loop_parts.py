@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import os
 import signal
+import sys
 import threading
 import time
 
@@ -200,6 +201,20 @@ def test_a_signal_ends_what_runs_once_and_lets_it_clean_up(number: int) -> None:
             cleaned.append(math.pi)
     assert cleaned == [math.pi]
     assert signal.getsignal(number) is before
+
+
+def test_a_signal_that_comes_where_python_drops_exceptions_ends_the_program_all_the_same() -> None:
+    class Told:
+        def __del__(self) -> None:
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(0.01)
+
+    before, hook = signal.getsignal(signal.SIGTERM), sys.unraisablehook
+    with pytest.raises(SystemExit), ended_by_signals():
+        Told()
+        time.sleep(10)
+        pytest.fail("it went on")
+    assert (signal.getsignal(signal.SIGTERM), sys.unraisablehook) == (before, hook)
 
 
 def test_a_signal_that_was_ignored_stays_so() -> None:

@@ -5,10 +5,13 @@
 from __future__ import annotations
 
 import signal
+import sys
 from contextlib import contextmanager
-from typing import Iterator
+from typing import Any, Iterator, NoReturn
 
 _ENDS = (signal.SIGTERM, signal.SIGHUP)
+
+_AGAIN_S = 0.01
 
 
 @contextmanager
@@ -19,18 +22,36 @@ def ended_by_signals(exit_code: int = 0) -> Iterator[None]:
 
     A signal that is ignored stays so, as SIGHUP under nohup. For the main thread alone.
     """
-    before = {number: signal.getsignal(number) for number in _ENDS}
-    for number, handler in before.items():
-        if handler is not signal.SIG_IGN:
-            signal.signal(number, lambda *_: _end(exit_code))
+    numbers = [number for number in _ENDS if signal.getsignal(number) is not signal.SIG_IGN]
+    ending = _Ending(exit_code, sys.unraisablehook)
+    before = {number: signal.signal(number, ending.begin) for number in numbers}
+    before[signal.SIGALRM] = signal.signal(signal.SIGALRM, ending.begin)
+    sys.unraisablehook = ending.lost
     try:
         yield
     finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        sys.unraisablehook = ending.unraisable
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
-def _end(exit_code: int) -> None:
-    for number in _ENDS:
-        signal.signal(number, signal.SIG_IGN)
-    raise SystemExit(exit_code)
+class _Ending:
+    """The exception, until it has come through: Python drops one that is raised within a destructor or a callback of
+    its own, as those of an import."""
+
+    def __init__(self, exit_code: int, unraisable: Any) -> None:
+        self._exit_code, self.unraisable = exit_code, unraisable
+        self._raised: SystemExit | None = None
+
+    def begin(self, *_: object) -> NoReturn:
+        for number in _ENDS:
+            signal.signal(number, signal.SIG_IGN)
+        self._raised = SystemExit(self._exit_code)
+        raise self._raised
+
+    def lost(self, what: Any) -> None:
+        if what.exc_value is self._raised and self._raised is not None:
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)  # not now: whoever dropped it is still at it
+        else:
+            self.unraisable(what)
