@@ -99,7 +99,7 @@ class Robot(Listener):
 
     def progress(self, errand: Errand, timeout_s: float = SILENCE_S) -> Iterator[MissionReport]:
         """How the mission is, until it has ended: the last one says how. It has, too, when somebody else gave other
-        goals. One that is stopped may be resumed, and has not ended."""
+        goals. One that is stopped with goals left may be resumed, and has not ended."""
         return _until_ended(self.missions(timeout_s), errand)
 
     def stop(self, reason: str = "asked by an operator", cancel: bool = False) -> None:
@@ -139,5 +139,6 @@ def _until_ended(reports: Iterator[MissionReport], errand: Errand) -> Iterator[M
         if report.stamp_ns < errand.since_ns:
             continue
         yield report
-        if report.state in ENDS or (report.goal_id and report.goal_id not in errand.goal_ids):
+        given_up = report.state == "stopped" and not report.goal_id
+        if report.state in ENDS or given_up or (report.goal_id and report.goal_id not in errand.goal_ids):
             return
