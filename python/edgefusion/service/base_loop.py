@@ -55,7 +55,7 @@ class BaseLoop:
 
     @property
     def over_limit(self) -> int:
-        """How many commands were faster than the base may go."""
+        """In how many steps the command was faster than the base may go."""
         return self._gate.over_limit
 
     @property

@@ -107,7 +107,7 @@ class BaseProcess:
             "lateness max [ms]": f"{lateness.max_ms:.1f}",
             "real time": str(self._real_time),
             "robot baudrate": str(self._lines.robot.baudrate),
-            "commands slowed to what the base may": str(self._loop.over_limit),
+            "cycles with a command too fast": str(self._loop.over_limit),
             "goal_pose refused": str(self._helm.refused_goals),
         }
 
