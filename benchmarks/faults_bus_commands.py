@@ -25,7 +25,7 @@ COMMANDS = 60
 _NONE = (math.nan, math.inf, -math.inf)
 _CALM_MMPS, _PAUSE_S, _SAID_S = 100, 0.05, 1.2
 _CALM = Twist(Vector3(x=_CALM_MMPS / 1e3))
-_REFUSED, _SLOWED = "cmd_vel refused, malformed", "commands slowed to what the base may"
+_REFUSED, _SLOWED = "cmd_vel refused, malformed", "cycles with a command too fast"
 
 Tick = Callable[[], object]
 
