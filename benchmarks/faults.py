@@ -12,6 +12,7 @@ import argparse
 import importlib
 import logging
 import math
+import signal
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -46,6 +47,7 @@ HEADER = ("figure", "fault, and until what", "aim", "median", "worst", "runs", "
 def main(argv: Sequence[str] | None = None) -> int:
     args = _parser().parse_args(argv)
     found: List[FaultRow] = []
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs, and their children, ignore it
     logging.disable(logging.ERROR)  # the drivers tell what is done to them
     for part in [part for letter in args.only for part in PARTS[letter]]:
         module = importlib.import_module(f"benchmarks.faults_{part}")

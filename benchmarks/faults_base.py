@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import threading
 import time
 from contextlib import contextmanager, suppress
@@ -35,7 +36,7 @@ TRAPS: Tuple[Tuple[Type[Any], str], ...] = (
     (BaseLoop, "step"),
     (Link, "read"),
 )
-AIM, LIMIT_S, _ASK_S = "to stop, 100 ms", 0.1, 0.02
+AIM, LIMIT_S, _ASK_S, ENDS_S = "to stop, 100 ms", 0.1, 0.02, 30.0
 _CONFIG = Config(mission=MissionConfig(interest=()), laser=LaserConfig(baudrate=500000))
 
 Tick = Callable[[], object]
@@ -118,8 +119,11 @@ def ended_as_it_starts(seeds: int, tick: Tick) -> List[FaultRow]:
 
 
 def _drives_when_ended(rig: BaseRig) -> bool:
-    """Whether a robot that heard anything of that base's heard something else last than to stand."""
-    rig.processes["base"].wait()
+    """Whether a robot that heard anything of that base heard something else last than to stand, or base goes on."""
+    try:
+        rig.processes["base"].wait(ENDS_S)
+    except subprocess.TimeoutExpired:
+        return True
     time.sleep(0.05)  # what is on the wire
     motions = rig.motions()
     return rig.robot.open or (bool(motions) and not motions[-1][1])
