@@ -202,7 +202,7 @@ def test_an_error_at_any_call_of_a_device_closes_it_and_is_what_the_robot_stands
     with Running(base_of(told, **{device: raises}, watcher=outputs.append)) as running:
         wait_for(lambda: outputs and "closed after ZeroDivisionError: oops" in outputs[-1].decision.reason)
         assert f"{device}: closed after ZeroDivisionError" in answer(lambda: running.base.goto([AHEAD]))
-        assert f"{device} close" in told
+        wait_for(lambda: f"{device} close" in told)  # right after it is known
     assert running.error is None
     assert {output.command.v_mps for output in outputs} == {0.0}
 
