@@ -15,17 +15,9 @@ from pathlib import Path
 from typing import Sequence
 
 from edgefusion.sim.live_devices import LiveDevices
-from edgefusion.sim.rig import Rig
+from edgefusion.tools.sim_config import calibration_text
 
 ENDING_S = 20.0
-CALIBRATION = """version = 1
-image_size = {size}
-K = {K}
-distortion = {distortion}
-T_camera_laser = {T_camera_laser}
-T_base_laser = {T_base_laser}
-laser_height_m = {height_m}
-"""
 CONFIG = """[robot]
 port = "{robot}"
 [laser]
@@ -93,18 +85,6 @@ def write_config(folder: Path, devices: LiveDevices, setup: RobotSetup, endpoint
         encoding="utf-8",
     )
     return path
-
-
-def calibration_text(rig: Rig) -> str:
-    """What a perfect calibration of a simulated rig says."""
-    return CALIBRATION.format(
-        size=list(rig.image_size),
-        K=rig.K.tolist(),
-        distortion=list(rig.distortion),
-        T_camera_laser=rig.T_camera_laser.tolist(),
-        T_base_laser=rig.T_base_laser.tolist(),
-        height_m=rig.laser_height_m,
-    )
 
 
 class RobotProcess:

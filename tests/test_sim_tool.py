@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from edgefusion.cli import main
-from edgefusion.config import BaseConfig, LaserConfig, PioneerConfig
+from edgefusion.config import BaseConfig, LaserConfig, PioneerConfig, load_config
 from edgefusion.drivers.link import Link, LinkError
 from edgefusion.drivers.lms2xx import Lms2xx
 from edgefusion.drivers.pioneer import Pioneer
@@ -43,6 +43,20 @@ def served(*options: object, camera: bool = False, start_new_session: bool = Fal
         finally:
             process.send_signal(signal.SIGINT)
             process.wait(timeout=20)
+
+
+def test_its_configuration_is_one_that_run_takes_and_yours_is_not_written_over(tmp_path, capsys) -> None:
+    with served("--links", tmp_path, "--for", "1") as (ports, process):
+        config = load_config(tmp_path / "robot.toml")
+        assert ports["config"] == str(tmp_path / "robot.toml")
+        assert config.robot.port == str(tmp_path / "robot")
+        assert config.processes == ("bus", "base")  # nothing sees without a camera
+        process.wait(LIMIT_S)
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "robot.toml").write_text("[robot]\n")
+    assert main(["sim", "--no-camera", "--port", "0", "--links", str(tmp_path)]) == 2
+    assert "expected a folder without a robot.toml of yours" in capsys.readouterr().err
+    assert (tmp_path / "robot.toml").read_text() == "[robot]\n"
 
 
 def heard(device, poll, is_enough) -> list:

@@ -23,6 +23,7 @@ EXAMPLES = """examples:
 In another terminal, with what the first one prints:
   edgefusion robot socket://127.0.0.1:8101
   edgefusion laser /tmp/sim/laser
+  edgefusion run --config /tmp/sim/robot.toml
 
 A fault is COMPONENT=KIND[:VALUE][@FROM_S[+FOR_S]], for robot, laser and camera: off, stuck, garbage (share of the
 bytes), wrong (a camera's brightness), slow (one of so many comes), delayed (seconds), intermittent (share that does
@@ -51,7 +52,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     add("--port", type=int, default=8101, metavar="N", help="the robot's TCP port, 0: any (default: 8101)")
     add("--camera-port", type=int, default=0, metavar="N", help="the camera's HTTP port (default: any)")
     add("--no-camera", action="store_true", help="needs no renderer then")
-    add("--links", type=Path, metavar="DIR", help="make DIR/robot and DIR/laser, links to the serial ports")
+    links = "make DIR/robot and DIR/laser, links to the serial ports, and DIR/robot.toml for `edgefusion run`"
+    add("--links", type=Path, metavar="DIR", help=links)
     add("--fault", action="append", default=[], metavar="FAULT", help="what goes wrong; may be given again")
     add("--seed", type=int, default=0, metavar="N", help="of noise and faults (default: 0)")
     add("--for", dest="for_s", type=float, default=math.inf, metavar="S", help="end after so many seconds")
@@ -66,6 +68,7 @@ def run(args: argparse.Namespace) -> int:
 
     from edgefusion.service.signals import ended_by_signals
     from edgefusion.sim.live_devices import LiveDevices
+    from edgefusion.tools.sim_config import remove_config
 
     _check(args)
     setup = _setup(args)
@@ -73,14 +76,18 @@ def run(args: argparse.Namespace) -> int:
         devices = LiveDevices(setup, time.monotonic_ns())
         try:
             with contextlib.suppress(KeyboardInterrupt):
-                _announce(devices, args.json)
+                _announce(devices, args)
                 _pump(devices, args)
         finally:
             devices.close()
+            if args.links is not None:
+                remove_config(args.links)
     return 0
 
 
 def _check(args: argparse.Namespace) -> None:
+    from edgefusion.tools.sim_config import check_free
+
     if not args.for_s > 0:
         raise RefusedError(f"--for {args.for_s:g}: expected seconds above 0")
     if not 0 <= args.power_up < math.inf:
@@ -88,6 +95,8 @@ def _check(args: argparse.Namespace) -> None:
     for name, port in (("--port", args.port), ("--camera-port", args.camera_port)):
         if not 0 <= port <= 65535:
             raise RefusedError(f"{name} {port}: expected 0 to 65535")
+    if args.links is not None:
+        check_free(args.links)
     if args.seed < 0:
         raise RefusedError(f"--seed {args.seed}: expected at least 0")
 
@@ -114,17 +123,24 @@ def _setup(args: argparse.Namespace) -> LiveSetup:
     )
 
 
-def _announce(devices: LiveDevices, as_json: bool) -> None:
+def _announce(devices: LiveDevices, args: argparse.Namespace) -> None:
     import json
+    import sys
 
-    served = _served(devices)
-    if as_json:
+    from edgefusion.tools.sim_config import write_config
+
+    config = None if args.links is None else str(write_config(args.links, devices))
+    served = {**_served(devices), "config": config}
+    if args.json:
         print(json.dumps(served), flush=True)
         return
     print(f"robot:   {served['robot']}")
     print(f"         {served['robot_tcp']}")
     print(f"laser:   {served['laser']}")
-    print(f"camera:  {served['camera'] or 'none'}", flush=True)
+    print(f"camera:  {served['camera'] or 'none'}")
+    if config is not None:
+        print(f"config:  {config}, for `edgefusion run --config` it")
+    sys.stdout.flush()
 
 
 def _served(devices: LiveDevices) -> dict[str, Any]:
