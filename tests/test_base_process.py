@@ -70,7 +70,7 @@ def test_what_an_operator_has_stopped_stays_so_when_base_is_killed_until_they_re
     with BusRobot(tmp_path) as it:
         robot = it.start("run").connect()
         it.drive(robot)
-        robot.stop("there is a child")
+        robot.stop("there is a child 停")
         os.kill(it.child_of("run", "base"), signal.SIGKILL)
         wait_for(lambda: "base" not in robot.status.alive)
         since_ns = time.monotonic_ns()
@@ -79,7 +79,7 @@ def test_what_an_operator_has_stopped_stays_so_when_base_is_killed_until_they_re
         def stands() -> bool:
             mission = robot.status.mission
             told = mission.state, mission.reason
-            return mission.stamp_ns >= errand.since_ns and told == ("stopped", "there is a child")
+            return mission.stamp_ns >= errand.since_ns and told == ("stopped", "there is a child 停")
 
         wait_for(stands)
         assert it.velocities(since_ns) <= {0}

@@ -166,3 +166,15 @@ def test_a_machine_without_the_router_is_told_when_its_keys_are_not_a_robots(tmp
     finally:
         router.close()
     assert said == [("ok", False), ("failed", True), ("failed", True)]
+
+
+def test_keys_are_of_no_account_to_a_machine_that_reaches_the_router_on_loopback(tmp_path: Path, keys: Path) -> None:
+    from edgefusion.bus.router import open_router
+
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    router = open_router(examination(tmp_path, bus={"listen": (endpoint,)}).config.bus)
+    try:
+        bus = {"connect": endpoint, "keys": str(keys / "viewer")}
+        assert told(check_bus(examination(tmp_path, bus=bus, service={"processes": ("base",)}))) == ["ok bus"]
+    finally:
+        router.close()

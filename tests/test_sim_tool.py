@@ -51,8 +51,10 @@ def test_its_configuration_is_one_that_run_takes_and_yours_is_not_written_over(t
         assert ports["config"] == str(tmp_path / "robot.toml")
         assert config.robot.port == str(tmp_path / "robot")
         assert config.processes == ("bus", "base")  # nothing sees without a camera
+        (tmp_path / "calibration.toml").write_text("yours")
         process.wait(LIMIT_S)
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["calibration.toml"]
+    (tmp_path / "calibration.toml").unlink()
     (tmp_path / "robot.toml").write_text("[robot]\n")
     assert main(["sim", "--no-camera", "--port", "0", "--links", str(tmp_path)]) == 2
     assert "expected a folder without a robot.toml of yours" in capsys.readouterr().err

@@ -9,6 +9,7 @@ disturb whoever drives. That it is gone the end of the line tells, and SIGTERM, 
 from __future__ import annotations
 
 import ctypes
+import json
 import os
 import signal
 import socket
@@ -25,7 +26,8 @@ ENVIRONMENT = "EDGEFUSION_HEARTBEAT_FD"
 """Names the file descriptor of the line, a socket that keeps messages apart."""
 
 STOPPED = "EDGEFUSION_STOPPED"
-"""Says why an operator has stopped the process that this one takes the place of; unset or empty where none has."""
+"""Says why an operator has stopped the process that this one takes the place of, as a JSON string; unset, or of an
+empty one, where none has."""
 
 MAX_BYTES = 16_384
 """Of a message. A socket's buffer takes several."""
@@ -103,7 +105,7 @@ def from_environment(environment: MutableMapping[str, str] | None = None, clock:
     For the main thread: from here on SIGTERM comes when the supervisor dies. Raises RefusedError for what is no line.
     """
     environment = os.environ if environment is None else environment
-    text, stopped = environment.pop(ENVIRONMENT, None), environment.pop(STOPPED, "")
+    text, stopped = environment.pop(ENVIRONMENT, None), _read(environment.pop(STOPPED, ""))
     if text is None:
         return Heartbeat(None, clock)
     line = _line(text)
@@ -111,6 +113,17 @@ def from_environment(environment: MutableMapping[str, str] | None = None, clock:
     os.set_inheritable(line.fileno(), False)
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, int(signal.SIGTERM), 0, 0, 0)
     return Heartbeat(line, clock, stopped)
+
+
+def carried(stopped: str) -> str:
+    """As the value of STOPPED: whatever the locale, an environment takes ASCII."""
+    return json.dumps(stopped)
+
+
+def _read(value: str) -> str:
+    with suppress(ValueError):  # by hand it may be plain
+        return str(json.loads(value or '""'))
+    return value
 
 
 def _line(text: str) -> socket.socket:

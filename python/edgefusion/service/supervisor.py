@@ -97,7 +97,7 @@ class Supervisor:
     def _start(self, start: Start, now_ns: int) -> None:
         spec = start.spec
         try:
-            child = ChildProcess(spec, {**self._environment, heartbeat.STOPPED: start.stopped})
+            child = ChildProcess(spec, {**self._environment, heartbeat.STOPPED: heartbeat.carried(start.stopped)})
         except OSError as error:
             self._supervision.not_started(now_ns, spec.name, f"cannot be run: {error}")
             return

@@ -131,7 +131,8 @@ def _client(config: BusConfig, connect_s: float) -> Iterator[Finding]:
         yield Finding("bus", State.FAILED, str(error), cure)
         return
     session.close()
-    role = "robot" if keys is None else _role(keys)
+    by_tls = parse_endpoint("connect", config.router).protocol == "tls"  # else they are of no account
+    role = _role(keys) if by_tls and keys is not None else "robot"
     if role != "robot":
         text = f"{keys}: expected a robot's keys, got {role or 'another'}'s: nothing that it says would pass"
         yield Finding("bus", State.FAILED, text, "make it some: `edgefusion keys add NAME --role robot`")

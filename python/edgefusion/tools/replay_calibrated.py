@@ -93,7 +93,7 @@ def _captured(sample: Sample, latency_ns: int) -> Sample:
     if not latency_ns:
         return sample
     message: Any = decode(sample.topic.message, sample.payload)  # a scan or an image, which have a header
-    stamp_ns = sample.stamp_ns - latency_ns
+    stamp_ns = max(sample.stamp_ns - latency_ns, 0)  # of bags whose time begins at 0
     captured = replace(message, header=UTC.header(stamp_ns, message.header.frame_id))
     return sample._replace(payload=encode(captured), stamp_ns=stamp_ns)
 

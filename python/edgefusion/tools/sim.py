@@ -7,7 +7,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Dict
 
 from edgefusion.errors import RefusedError
 
@@ -68,20 +68,21 @@ def run(args: argparse.Namespace) -> int:
 
     from edgefusion.service.signals import ended_by_signals
     from edgefusion.sim.live_devices import LiveDevices
-    from edgefusion.tools.sim_config import remove_config
+    from edgefusion.tools.sim_config import remove_config, write_config
 
     _check(args)
     setup = _setup(args)
     with ended_by_signals():
         devices = LiveDevices(setup, time.monotonic_ns())
+        written: Dict[Path, str] = {}
         try:
             with contextlib.suppress(KeyboardInterrupt):
-                _announce(devices, args)
+                written = {} if args.links is None else write_config(args.links, devices)
+                _announce(devices, next(iter(written), None), args.json)
                 _pump(devices, args)
         finally:
             devices.close()
-            if args.links is not None:
-                remove_config(args.links)
+            remove_config(written)
     return 0
 
 
@@ -123,15 +124,12 @@ def _setup(args: argparse.Namespace) -> LiveSetup:
     )
 
 
-def _announce(devices: LiveDevices, args: argparse.Namespace) -> None:
+def _announce(devices: LiveDevices, config: Path | None, as_json: bool) -> None:
     import json
     import sys
 
-    from edgefusion.tools.sim_config import write_config
-
-    config = None if args.links is None else str(write_config(args.links, devices))
-    served = {**_served(devices), "config": config}
-    if args.json:
+    served = {**_served(devices), "config": None if config is None else str(config)}
+    if as_json:
         print(json.dumps(served), flush=True)
         return
     print(f"robot:   {served['robot']}")

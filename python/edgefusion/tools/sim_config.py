@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
+from typing import Dict, Mapping
 
 from edgefusion.errors import RefusedError
 from edgefusion.sim.live_devices import LiveDevices
@@ -50,22 +52,28 @@ def check_free(folder: Path) -> None:
             raise RefusedError(f"--links: expected a folder without a {path.name} of yours, got {path}")
 
 
-def write_config(folder: Path, devices: LiveDevices) -> Path:
-    """Into the folder with the links to their ports; vision only with a camera. Returns the configuration's path."""
+def write_config(folder: Path, devices: LiveDevices) -> Dict[Path, str]:
+    """Into the folder with the links to their ports; vision only with a camera. Returns what it wrote, the
+    configuration first. Raises RefusedError as check_free."""
     folder, rig = folder.resolve(), devices.world.rig
+    check_free(folder)
     pose = [*rig.T_base_laser[:2, 3].tolist(), 0.0]
     text = MADE + _DEVICES.format(folder=folder, laser_pose=pose)
+    written = {folder / ROBOT: text}
     if devices.pictures is not None:
-        text += _SEES.format(camera=devices.pictures.url + "stream", model=LAB_MODEL)
-        (folder / CALIBRATION).write_text(MADE + calibration_text(rig), encoding="utf-8")
-    (folder / ROBOT).write_text(text, encoding="utf-8")
-    return folder / ROBOT
+        written[folder / ROBOT] += _SEES.format(camera=devices.pictures.url + "stream", model=LAB_MODEL)
+        written[folder / CALIBRATION] = MADE + calibration_text(rig)
+    for path, content in written.items():
+        path.write_text(content, encoding="utf-8")
+    return written
 
 
-def remove_config(folder: Path) -> None:
-    """What write_config has written: the ports are gone."""
-    for name in (ROBOT, CALIBRATION):
-        (folder / name).unlink(missing_ok=True)
+def remove_config(written: Mapping[Path, str]) -> None:
+    """The ports are gone. What was changed since is somebody's."""
+    for path, content in written.items():
+        with suppress(OSError, UnicodeDecodeError):
+            if path.read_text(encoding="utf-8") == content:
+                path.unlink()
 
 
 def calibration_text(rig: Rig) -> str:
