@@ -29,7 +29,7 @@ from edgefusion.types import Detection, Frame, Pose2D, Scan
 FRAMES, SLOWER, USUAL = 20, 10, 1
 _WATCHED_S, _WARM = 8.0, 2
 _SIZE = 640, 480
-_CALIBRATION = """
+CALIBRATION = """
 version = 1
 image_size = [640, 480]
 K = [[460.0, 0, 319.5], [0, 460.0, 239.5], [0, 0, 1]]
@@ -93,7 +93,7 @@ def _detector(rng: Rng) -> Iterator[Tuple[Detector, List[bool]]]:
         return outputs
 
     with hall(0, ()) as rig:
-        (rig.folder / "calibration.toml").write_text(_CALIBRATION, encoding="utf-8")
+        (rig.folder / "calibration.toml").write_text(CALIBRATION, encoding="utf-8")
         detector = Detector(open_classifier(LAB_MODEL), load_calibration(rig.folder / "calibration.toml"))
     setattr(Network, "run", spoilt)  # noqa: B010
     try:
@@ -155,7 +155,7 @@ def _watched(seed: int, times: int) -> _Looks:
     """A base that drives beside such a vision."""
     with CameraRig(seed) as camera, hall(seed) as rig:
         config = rig.folder / "robot.toml"
-        (rig.folder / "calibration.toml").write_text(_CALIBRATION, encoding="utf-8")
+        (rig.folder / "calibration.toml").write_text(CALIBRATION, encoding="utf-8")
         vision = config.read_text(encoding="utf-8") + _VISION.format(url=camera.url, model=LAB_MODEL)
         config.write_text(vision, encoding="utf-8")
         for verb in ("bus", "base"):

@@ -15,6 +15,7 @@ from typing import Callable, Sequence
 
 import numpy as np
 from benchmarks.fault_row import FaultRow
+from benchmarks.faults_inference import CALIBRATION
 
 from edgefusion.config import SyncConfig
 from edgefusion.messages.from_detections_detail import from_detections_detail
@@ -31,13 +32,6 @@ PAIRS = 100
 """Of a run."""
 MOST_NS, APART_NS = 500_000_000, 1_600_000_000
 _SIZE = 640, 480
-_CALIBRATION = """
-version = 1
-image_size = [640, 480]
-K = [[460.0, 0, 319.5], [0, 460.0, 239.5], [0, 0, 1]]
-T_camera_laser = [[0, -1, 0, 0], [0, 0, -1, 0.2], [1, 0, 0, 0], [0, 0, 0, 1]]
-laser_height_m = 0.25
-"""
 
 Rng = np.random.Generator
 
@@ -95,7 +89,7 @@ def open_detector() -> Detector:
     """With the simulator's own classifier."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "calibration.toml"
-        file.write_text(_CALIBRATION, encoding="utf-8")
+        file.write_text(CALIBRATION, encoding="utf-8")
         return Detector(open_classifier(LAB_MODEL), load_calibration(file))
 
 
