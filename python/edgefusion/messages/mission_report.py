@@ -43,8 +43,8 @@ class MissionReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     """How the mission is, and in one report each how an inspection ended.
 
     state, reason, goal_id, note: as in navigation's MissionStep. goal_m: where that goal is, None without one, and from
-    older robots. pose: of the robot, None before it has reported. way_left_m, clearance_m: None where
-    there is none. paused: whether an operator drives until `resume`.
+    older robots. pose: of the robot, None before it has reported. way_left_m, clearance_m: None where there is none.
+    paused: whether an operator drives until `resume`.
     """
 
     version: Literal[1] = VERSION
